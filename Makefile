@@ -3,7 +3,8 @@ BIN := .venv/bin
 OUT ?= out
 NODE_CLIENTS := tests/interop/node_modules/.package-lock.json
 WEB_PLAYER := players/web/node_modules/.package-lock.json
-WEB_BUILT := players/web/dist/index.js
+WEB_BUILT := players/web/dist/sample.avatar
+WEB_RECIPES := players/web/examples/node_modules/.package-lock.json
 
 # Worker processes of pytest, each of about 2 GB. Tests are stolen from the end of another worker's list: files stay
 # together, so that what a module or a session makes is made once a worker.
@@ -45,7 +46,7 @@ test: .venv/tested $(NODE_CLIENTS) $(WEB_BUILT)
 
 # The site, every documented command, the numbers as other processors and Python versions compute them, and Godot where
 # it can be had; where it cannot, the last line says so.
-test-more: .venv/tested $(NODE_CLIENTS) $(WEB_PLAYER) docs
+test-more: .venv/tested $(NODE_CLIENTS) $(WEB_RECIPES) docs
 	$(PYTEST) -m "more and not godot"
 	$(BIN)/python -m tools.machines
 	if $(BIN)/python -m tools.godot.fetch; then $(GODOT_TESTS); fi
@@ -78,7 +79,7 @@ fuzz: .venv/tested
 	AVATAR_FUZZ=$(FUZZ) $(PYTEST) -m hypothesis
 
 # The site, into build/docs. It shows the help of every command, also of those that need torch.
-docs: .venv/documented
+docs: .venv/documented $(WEB_BUILT)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 bench: .venv/tested
@@ -122,6 +123,11 @@ $(WEB_PLAYER): players/web/package-lock.json | .venv/tested
 
 $(WEB_BUILT): $(WEB_PLAYER) $(shell find players/web/src players/web/*.mjs players/web/tsconfig.json -type f)
 	node players/web/build.mjs package
+	$(BIN)/python -m tools.web_sample $@
+
+$(WEB_RECIPES): players/web/examples/package-lock.json | $(WEB_BUILT)
+	npm ci --prefix players/web/examples --ignore-scripts --loglevel=error
+	touch $@
 
 $(NODE_CLIENTS): tests/interop/package-lock.json | .venv/tested
 	npm ci --prefix tests/interop --ignore-scripts --loglevel=error

@@ -38,7 +38,7 @@ SUFFIXES = {  # of files that may be in a package
     *(".py", ".typed", ".json", ".hlsl", ".hlsli"),
     *(".comp", ".vert", ".frag", ".metal", ".wgsl", ".hpp"),
     *(".html", ".css", ".js"),
-    *(".npz", ".txt", ".tflite"),  # the head model, networks, their licences
+    *(".npz", ".txt", ".tflite", ".task", ".gz"),  # the head model, networks, MediaPipe, their licences
 }
 PLAYERS = "avatar_export/players/files/"  # of engines: any file
 ENDS = {"sdist": ".tar.gz", "wheel": "-py3-none-any.whl"}

@@ -35,7 +35,9 @@ def compiled(made: Path, target: str, words: Sequence[str | Path], language: str
     (ROOT / made).parent.mkdir(parents=True, exist_ok=True)
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     if done.returncode:
-        raise BuildError(f"{done.stderr}{made.name} is not built: zig {language} refused it")
+        raise BuildError(
+            f"{done.stderr}{made.name} is not built: zig {language} ended with {done.returncode}"
+        )
     return made
 
 

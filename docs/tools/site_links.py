@@ -3,7 +3,7 @@
 The page of each command is made here (command_pages.py), and the navigation lists it. A file outside docs/ that a page
 links to joins under repository/, at its own path. So a link such as `../schema/SPEC.md` works on a forge, in an editor
 and in the site, and is written once. Markdown files become pages, whose own links are followed too; a link to a folder
-means its README.md. Other files are copied.
+means its README.md. Other files are copied. The web player's plain page gets the built package beside it, so it runs.
 """
 
 from __future__ import annotations
@@ -16,11 +16,14 @@ from typing import Any
 from urllib.parse import unquote
 
 import command_pages
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 OUTSIDE = "repository/"
+WEB = ROOT / "players" / "web"
+EXAMPLE = WEB / "examples" / "plain"  # a page with an avatar
 COMMANDS = "Commands"  # the entry of the navigation that gets the pages of commands
 
 # Targets of links and images; code is masked before.
@@ -70,7 +73,17 @@ def on_files(files: Files, config: Any) -> Files:
             known.add(path)
             files.append(File.generated(config, site_path(path), abs_src_path=str(path)))
             pages.append(path)
+    for place, path in example_files().items():
+        files.append(File.generated(config, site_path(place), abs_src_path=str(path)))
     return files
+
+
+def example_files() -> dict[Path, Path]:
+    """{place: file} of what EXAMPLE loads."""
+    if not (built := [path for path in (WEB / "dist").glob("*") if path.is_file()]):
+        raise PluginError("the web player is not built: make docs")
+    style = EXAMPLE / "page.css"
+    return {style: style} | {EXAMPLE / "avatar-export-player" / path.name: path for path in built}
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Files) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 from avatar_schema.pack_form import form_lines
 from avatar_shaders import VERSION
-from avatar_shaders.headers import table
+from avatar_shaders.headers import idle_table, table
 from avatar_shaders.web import macros
 
 _MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
@@ -20,7 +20,12 @@ _BLOCK = {"uint": "uint", "float": "float1", "float2": "float2", "float3": "floa
 def cpp_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every file. `made` is what generate_all() makes."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    texts = {"interfaces.cpp": _interfaces(rows), "constants.h": _constants(), "pack_form.h": _form()}
+    texts = {
+        "interfaces.cpp": _interfaces(rows),
+        "constants.h": _constants(),
+        "pack_form.h": _form(),
+        "idle.h": _idle(),
+    }
     return {name: _MADE + text for name, text in texts.items()}
 
 
@@ -186,6 +191,26 @@ def _constants() -> str:
         lines.append(_constant("uint32_t", name.lower(), formula, about))
     head = "#pragma once\n#include <cstdint>\n\nnamespace avatar {\n\n"
     return head + "\n".join(lines) + "\n}  // namespace avatar\n"
+
+
+def _idle() -> str:
+    """The numbers of idle life."""
+    row = "/// A channel, the number of its curve, and the curve's numbers.\nstruct Row {\n"
+    row += "    const char* channel;\n    int row;\n    double numbers[2];\n};\n"
+    lines = [row]
+    for name, (about, value) in idle_table().items():
+        if not isinstance(value, list):
+            lines.append(_constant("double", name, repr(value), about))
+        elif not isinstance(value[0], list):
+            lines.append(_constant("double", f"{name}[]", f"{{{', '.join(map(repr, value))}}}", about))
+        else:
+            rows = [
+                f'{{"{channel}", {place}, {{{", ".join(map(repr, numbers))}}}}}'
+                for channel, place, *numbers in value
+            ]
+            lines.append(_constant("Row", f"{name}[]", f"{{\n{_filled(rows)}}}", about))
+    head = "#pragma once\n\nnamespace avatar {\nnamespace idle_table {\n\n"
+    return head + "\n".join(lines) + "\n}  // namespace idle_table\n}  // namespace avatar\n"
 
 
 def _constant(kind: str, name: str, value: str, about: str) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 from avatar_schema.pack_form import form_lines
 from avatar_shaders import VERSION
-from avatar_shaders.headers import table
+from avatar_shaders.headers import idle_table, table
 from avatar_shaders.web import macros
 
 _MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
@@ -23,7 +23,12 @@ _WIDTH = 94  # of a line, without the indentation of its block
 def csharp_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every file. `made` is what generate_all() makes."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    made_texts = {"Interfaces.cs": _interfaces(rows), "Constants.cs": _constants(), "PackForm.cs": _form()}
+    made_texts = {
+        "Interfaces.cs": _interfaces(rows),
+        "Constants.cs": _constants(),
+        "PackForm.cs": _form(),
+        "IdleTable.cs": _idle(),
+    }
     return {name: _MADE + text for name, text in made_texts.items()}
 
 
@@ -114,6 +119,24 @@ def _constants() -> str:
         formula = re.sub(r"[A-Z_]{2,}", lambda found: _pascal(found[0].lower()), number)
         lines.append(_constant("int", _pascal(name.lower()), formula, about))
     head = _OPEN + _class("Constants", "Numbers of the shaders.")
+    return head + _indented("\n".join(lines), 2) + _INDENT + "}\n}\n"
+
+
+def _idle() -> str:
+    """The numbers of idle life."""
+    lines = []
+    for name, (about, value) in idle_table().items():
+        if not isinstance(value, list):
+            lines.append(_constant("double", _pascal(name), repr(value), about))
+            continue
+        if isinstance(value[0], list):
+            kind = "IdleRow"
+            rows = [f'new IdleRow("{c}", {place}, {", ".join(map(repr, n))}),\n' for c, place, *n in value]
+            text = f"{{\n{_indented(''.join(rows), 1)}}}"
+        else:
+            kind, text = "double", f"{{ {', '.join(map(repr, value))} }}"
+        lines.append(_summary(about) + f"public static readonly {kind}[] {_pascal(name)} = {text};\n")
+    head = _OPEN + _class("IdleTable", "Numbers of idle life.")
     return head + _indented("\n".join(lines), 2) + _INDENT + "}\n}\n"
 
 

@@ -49,6 +49,23 @@ def literal(value: float | int) -> str:
     return f"({text})" if value < 0 else text
 
 
+def idle_table() -> dict[str, tuple[str, Any]]:
+    """name -> (reason, value) of idle.json. A list of rows is one of [channel, number of the row, numbers ...]."""
+    return {
+        name: (entry["reason"], _by_channel(entry["value"])) for name, entry in table("idle.json").items()
+    }
+
+
+def _by_channel(value: Any) -> Any:
+    if not isinstance(value, list) or not isinstance(value[0], list):
+        return value
+    return [
+        [channel, place, *numbers]
+        for place, (channels, *numbers) in enumerate(value)
+        for channel in channels.split()
+    ]
+
+
 def table(name: str) -> dict[str, Any]:
     """A table of avatar_schema/v1 as plain data."""
     data: dict[str, Any] = json.loads((files("avatar_schema") / "v1" / name).read_text("utf-8"))

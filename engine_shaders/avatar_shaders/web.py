@@ -6,20 +6,36 @@ import base64
 import json
 import re
 from collections import Counter
-from string import ascii_letters
+from collections.abc import Sequence
+from string import ascii_lowercase, ascii_uppercase
 from typing import Any
 
 from avatar_schema.pack_form import form_text
 from avatar_shaders.entries import ENTRIES
 from avatar_shaders.generate import HLSL, generate
-from avatar_shaders.headers import table
+from avatar_shaders.headers import idle_table, table
 from avatar_shaders.kernels import kernels
+from avatar_shaders.tools import ShaderError
 
 _MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
 _COMMENT = re.compile(r"//[^\n]*")
 _SPACE = re.compile(r"\s*([^\w\s])\s*|\s+")
 _IDENTIFIER = re.compile(r"\b[A-Za-z]\w*_\d+\b")
-_LETTERS = [letter for letter in ascii_letters if letter not in "fiu"]  # f32, i32 and u32 are types
+# What WGSL says shorter: types that an initial value has, literals, vectors. `block` below places members.
+_SHORTER = (
+    (re.compile(r"@align\(\d+\)"), ""),
+    (re.compile(r"\bvec(\d)<([fiu])32>"), r"vec\1\2"),
+    (re.compile(r"\b([iu])32\((\d+)\)"), r"\2\1"),
+    (re.compile(r"\b(var|let|const) (\w+):[^;=(){}]+="), r"\1 \2="),
+    (re.compile(r" ([-+]) (?![-+])"), r"\1"),
+)
+_FUNCTION = re.compile(
+    r"\bfn \w+(\([^{]*)(\{(?:[^{}]|\{(?:[^{}]|\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\})*\})*\})"
+)
+_PARAMETER = re.compile(r"(\w+):")
+_LOCAL = re.compile(r"\b(?:var|let|const) (\w+)")
+_NAME = re.compile(r"(?<![.\w])[A-Za-z_]\w*")  # no member
+_LETTERS = [letter for letter in ascii_lowercase if letter not in "fiu"]  # f32, i32 and u32 are types
 _MACRO = re.compile(r"^#define AVATAR_(\w+) (\d+|\([\w *]+\)) // (.+)$", re.MULTILINE)
 _DRAWN = ("raster_vertex_batch", "raster_pixel", "composite_vertex", "composite_pixel")
 _SPACED = "+-"  # "a - -b" is not "a--b"
@@ -44,7 +60,6 @@ export interface UniformBlock {
 export interface StorageBuffer {
   readonly name: string;
   readonly binding: number;
-  readonly type: string; // of an element
   readonly stride: number; // bytes of an element
   readonly readonly: boolean;
 }
@@ -85,14 +100,23 @@ export interface Contract {
 
 /** What an entry of the shaders binds. Everything is in bind group 0. */
 export interface Interface {
-  readonly kind: "compute" | "vertex" | "fragment";
   readonly stage: string;
-  readonly threadGroup: number; // threads of a group along x; 0 unless it is a compute entry
   readonly storage: readonly StorageBuffer[];
   readonly uniforms: UniformBlock | null;
-  readonly textures: readonly { readonly name: string; readonly binding: number }[];
-  readonly inputs: readonly { readonly name: string; readonly location: number; readonly type: string }[];
   readonly access: Contract | null; // entries that a program may use
+}
+
+/** A uniform block of "NAME:TYPE" apart by spaces, uint where no type stands, each at a multiple of its alignment. */
+function block(name: string, binding: number, size: number, members: string): UniformBlock {
+  let end = 0;
+  const placed = members.split(" ").map((member) => {
+    const [name, type = "uint"] = member.split(":") as [string, string?];
+    const bytes = 4 * (Number(type.slice(5)) || 1);
+    const offset = Math.ceil(end / bytes) * bytes;
+    end = offset + bytes;
+    return { name, offset, type };
+  });
+  return { name, binding, size, members: placed };
 }
 
 /** Every entry of the shaders, by name. */
@@ -100,7 +124,7 @@ export interface Interface {
 _FORM = "/** What the document of a pack must be: JSON, of the keywords that `Form` knows. */\n"
 _KERNELS = """\
 /**
- * A WebAssembly module in base64: the compute entries that need no memory of a thread group, as functions
+ * A WebAssembly module, a character a byte: the compute entries that need no memory of a thread group, as functions
  * `NAME(params, firstRow, rows)` over rows firstRow .. firstRow + rows. `params` is the address of 32-bit addresses:
  * of every storage buffer in the order of INTERFACES[NAME].storage, then of the uniform block. It imports nothing and
  * exports `memory` and `__heap_base`, the first byte that the caller may use.
@@ -111,7 +135,7 @@ _KERNELS = """\
 def web_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every module. `made` is what generate_all() makes. Raises ShaderError."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    wgsl = renamed({name: minified(made[f"wgsl/{name}.wgsl"]) for name in ENTRIES})
+    wgsl = renamed({name: minified_wgsl(made[f"wgsl/{name}.wgsl"]) for name in ENTRIES})
     glsl = generate(HLSL, _DRAWN, ["glsl300es"])
     modules = {
         "wgsl.ts": _texts("WGSL", "Every entry as WGSL, by name; its function has the same name.", wgsl),
@@ -122,8 +146,10 @@ def web_files(made: dict[str, str]) -> dict[str, str]:
         ),
         "reflection.ts": _REFLECTION + _interfaces(rows),
         "constants.ts": _constants(),
+        "idle.ts": _idle(),
         "pack_form.ts": f"{_FORM}export const PACK_FORM =\n  '{form_text()}';\n",
-        "kernels.ts": _KERNELS + f'export const KERNELS = "{base64.b64encode(kernels(rows)).decode()}";\n',
+        "kernels.ts": _KERNELS
+        + f'export const KERNELS = atob("{base64.b64encode(kernels(rows)).decode()}");\n',
     }
     return {name: _MADE + text for name, text in modules.items()}
 
@@ -133,17 +159,35 @@ def minified(text: str) -> str:
     return _SPACE.sub(_squeezed, _COMMENT.sub("", text)).strip()
 
 
+def minified_wgsl(text: str) -> str:
+    """The same, by the rules of WGSL."""
+    text = minified(text)
+    for pattern, short in _SHORTER:
+        text = pattern.sub(short, text)
+    return text
+
+
 def renamed(texts: dict[str, str]) -> dict[str, str]:
-    """WGSL with short identifiers, the same in all texts. slangc ends every name but those of entries with a number."""
+    """
+    WGSL with short identifiers. Those of a function are its own, small letters from a on: few names compress well.
+    Others are the same in all texts; slangc ends them with a number.
+    """
+    texts = {entry: _FUNCTION.sub(_with_short_locals, text) for entry, text in texts.items()}
     counts = Counter(name for text in texts.values() for name in _IDENTIFIER.findall(text))
-    short = {name: _short(place) for place, (name, _) in enumerate(counts.most_common())}
+    short = {name: _short(place, ascii_uppercase) for place, (name, _) in enumerate(counts.most_common())}
     return {entry: _IDENTIFIER.sub(lambda found: short[found[0]], text) for entry, text in texts.items()}
 
 
-def _short(place: int) -> str:
+def _with_short_locals(function: re.Match[str]) -> str:
+    names = dict.fromkeys([*_PARAMETER.findall(function[1]), *_LOCAL.findall(function[2])])
+    short = {name: _short(place, _LETTERS) for place, name in enumerate(names)}
+    return _NAME.sub(lambda found: short.get(found[0], found[0]), function[0])
+
+
+def _short(place: int, letters: Sequence[str]) -> str:
     """A letter, then letters with a number: none of them is a word of WGSL."""
-    number, letter = divmod(place, len(_LETTERS))
-    return _LETTERS[letter] + (str(number) if number else "")
+    number, letter = divmod(place, len(letters))
+    return letters[letter] + (str(number) if number else "")
 
 
 def minified_glsl(text: str) -> str:
@@ -165,22 +209,31 @@ def _texts(name: str, about: str, texts: dict[str, str]) -> str:
 
 
 def _interfaces(rows: dict[str, dict[str, Any]]) -> str:
-    texts = {name: json.dumps(_interface(row), separators=(",", ":")) for name, row in rows.items()}
-    lines = "".join(f"  {name}: {text},\n" for name, text in texts.items())
+    lines = "".join(f"  {name}: {{{_interface(row)}}},\n" for name, row in rows.items())
     return f"export const INTERFACES: Readonly<Record<string, Interface>> = {{\n{lines}}};\n"
 
 
-def _interface(row: dict[str, Any]) -> dict[str, Any]:
-    return {
-        "kind": row["kind"],
-        "stage": row["stage"],
-        "threadGroup": row.get("thread_group", [0])[0],
-        "storage": row["storage"],
-        "uniforms": next(iter(row["uniform_blocks"]), None),
-        "textures": row["textures"],
-        "inputs": row.get("inputs", []),
-        "access": row.get("access"),
-    }
+def _interface(row: dict[str, Any]) -> str:
+    """What a player needs of an entry, as TypeScript."""
+    storage = [
+        {key: buffer[key] for key in ("name", "binding", "stride", "readonly")} for buffer in row["storage"]
+    ]
+    fields = {"stage": row["stage"], "storage": storage, "access": row.get("access")}
+    texts = {name: json.dumps(value, separators=(",", ":")) for name, value in fields.items()}
+    texts["uniforms"] = next(map(_block, row["uniform_blocks"]), "null")
+    return ",".join(f"{name}:{text}" for name, text in texts.items())
+
+
+def _block(block: dict[str, Any]) -> str:
+    """A call of `block` in _REFLECTION. Raises ShaderError where a member lies elsewhere than it would place it."""
+    words, end = [], 0
+    for member in block["members"]:
+        size = 4 * int(member["type"][5:] or 1)
+        if member["offset"] != -(-end // size) * size:
+            raise ShaderError(f"{block['name']}.{member['name']} is not at the next multiple of its size")
+        end = member["offset"] + size
+        words.append(member["name"] + ("" if member["type"] == "uint" else f":{member['type']}"))
+    return f'block("{block["name"]}",{block["binding"]},{block["size"]},"{" ".join(words)}")'
 
 
 def _constants() -> str:
@@ -193,6 +246,22 @@ def _constants() -> str:
     for name, number, about in macros():
         lines.append(f"/** {about} */\nexport const {name} = {number};\n")
     return "".join(lines)
+
+
+def _idle() -> str:
+    """The numbers of idle life."""
+    lines = []
+    for name, (about, value) in idle_table().items():
+        kind = "" if not isinstance(value, list) else ": readonly number[]"
+        if kind and isinstance(value[0], list):
+            kind = ": readonly (readonly [channel: string, row: number, ...numbers: number[]])[]"
+        rows = json.dumps(value) if kind.count("[") < 2 else _rows(value)
+        lines.append(f"/** {about} */\nexport const {name.upper()}{kind} = {rows};\n")
+    return "".join(lines)
+
+
+def _rows(value: list[Any]) -> str:
+    return "[\n" + "".join(f"  {json.dumps(row)},\n" for row in value) + "]"
 
 
 def macros() -> list[tuple[str, str, str]]:

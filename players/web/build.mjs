@@ -1,36 +1,31 @@
-// node build.mjs [package] [page] [--out FOLDER]: builds the package (dist) and the viewer page, or one of them.
+// node build.mjs [package] [page] [tracker] [--out FOLDER]: builds the package (dist), the viewer page, and the worker that
+// looks at the camera, or some of them.
 //
-// The page lies in the Python package, or in FOLDER. Equal sources give equal bytes.
+// Page and worker lie in the Python package, or in FOLDER. Equal sources give equal bytes.
 import { execFileSync } from "node:child_process";
-import { copyFile, mkdir, readFile, rm, writeFile } from "node:fs/promises";
+import { copyFile, mkdir, readdir, readFile, rm, writeFile } from "node:fs/promises";
 import { createRequire } from "node:module";
-import { basename, dirname, join, resolve } from "node:path";
+import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { transform } from "esbuild";
-import { bundle } from "./bundle.mjs";
+import { SAME_BYTES, bundle, bundlePackage } from "./bundle.mjs";
 
 const ROOT = dirname(fileURLToPath(import.meta.url));
-const PAGE = join(ROOT, "../../exporter/avatar_export/viewer_page");
-const ENGINES = ["three", "three/*", "@babylonjs/core", "@babylonjs/core/*", "playcanvas"]; // the user's own copies
-const SAME_BYTES = { absWorkingDir: ROOT, charset: "utf8" };
+const EXPORTER = join(ROOT, "../../exporter/avatar_export");
+const BUFFER_OF_ARRAY = /\b(\w+\d+Array)<ArrayBuffer(?:Like)?>/g; // which TypeScript knows from 5.7
 
 /** dist/NAME.js for each entry point of package.json, with shared chunks, and dist/types. */
 async function buildPackage() {
-  const { exports } = JSON.parse(await readFile(join(ROOT, "package.json"), "utf8"));
-  const names = Object.values(exports).map((entry) => basename(entry.default, ".js"));
   await rm(join(ROOT, "dist"), { recursive: true, force: true });
-  await bundle({
-    ...SAME_BYTES,
-    entryPoints: names.map((name) => `src/${name}.ts`),
-    outdir: "dist",
-    splitting: true,
-    chunkNames: "chunk-[hash]",
-    minifySyntax: true,
-    minifyWhitespace: true,
-    external: ENGINES,
-  });
+  await bundlePackage();
   const tsc = join(dirname(createRequire(import.meta.url).resolve("typescript/package.json")), "bin/tsc");
-  execFileSync(process.execPath, [tsc, "-p", ROOT, "--emitDeclarationOnly"], { stdio: "inherit" });
+  execFileSync(process.execPath, [tsc, "-p", ROOT, "--emitDeclarationOnly", "--stripInternal"], { stdio: "inherit" });
+  const types = join(ROOT, "dist/types");
+  for (const name of await readdir(types, { recursive: true })) {
+    if (!name.endsWith(".d.ts")) continue;
+    const text = await readFile(join(types, name), "utf8");
+    await writeFile(join(types, name), text.replace(BUFFER_OF_ARRAY, "$1"));
+  }
 }
 
 /** index.html, viewer.js and viewer.css in a folder. */
@@ -49,13 +44,21 @@ async function buildPage(folder) {
   await copyFile(join(ROOT, "viewer/index.html"), join(folder, "index.html"));
 }
 
+/** tracker.js in a folder. */
+async function buildTracker(folder) {
+  const outfile = join(folder, "tracker.js");
+  await bundle({ ...SAME_BYTES, entryPoints: ["src/visitor/worker.ts"], outfile, format: "iife", minify: true });
+}
+
 const words = process.argv.slice(2);
 const at = words.indexOf("--out");
-const folder = at < 0 ? PAGE : resolve(words.splice(at, 2)[1] ?? "");
-const unknown = words.find((word) => word !== "page" && word !== "package");
+const folder = at < 0 ? null : resolve(words.splice(at, 2)[1] ?? "");
+const unknown = words.find((word) => !["page", "package", "tracker"].includes(word));
 if (unknown !== undefined) {
-  console.error(`build.mjs: ${unknown} is neither page nor package`);
+  console.error(`build.mjs: ${unknown} is neither page nor package nor tracker`);
   process.exit(2);
 }
-if (words.length === 0 || words.includes("package")) await buildPackage();
-if (words.length === 0 || words.includes("page")) await buildPage(folder);
+const asked = (word) => words.length === 0 || words.includes(word);
+if (asked("package")) await buildPackage();
+if (asked("page")) await buildPage(folder ?? join(EXPORTER, "viewer_page"));
+if (asked("tracker")) await buildTracker(folder ?? join(EXPORTER, "talk"));

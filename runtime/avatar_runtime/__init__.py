@@ -32,6 +32,7 @@ from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.clips import clip_pose
 from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import DrivingFrame
+from avatar_runtime.driving.idle import idle
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.player import Frame, Player
@@ -43,10 +44,10 @@ from avatar_runtime.version import __version__
 
 # fmt: off
 __all__ = [
-    "BACKENDS", "F32", "F64", "I32", "I64", "U32", "Avatar", "AvatarError", "Blendshapes", "Camera", "Clip", "Driver",
-    "DrivingFrame", "EnginePose", "Enhancer", "Expression", "Frame", "Gaussians", "Group", "Image", "Player", "Pose",
-    "PoseArrays", "Poser", "RasterSettings", "Rig", "Rules", "SparseRows", "Splats", "__version__", "check_avatar",
-    "clip_pose", "default_backend", "engine_clip", "engine_pose", "joint_rotation", "load", "posed_mesh", "resolve",
-    "rotation", "rules", "target_names", "topology",
+    "BACKENDS", "F32", "F64", "I32", "I64", "U32", "Avatar", "AvatarError", "Blendshapes", "Camera", "Clip",
+    "Driver", "DrivingFrame", "EnginePose", "Enhancer", "Expression", "Frame", "Gaussians", "Group", "Image",
+    "Player", "Pose", "PoseArrays", "Poser", "RasterSettings", "Rig", "Rules", "SparseRows", "Splats",
+    "__version__", "check_avatar", "clip_pose", "default_backend", "engine_clip", "engine_pose", "idle",
+    "joint_rotation", "load", "posed_mesh", "resolve", "rotation", "rules", "target_names", "topology",
 ]
 # fmt: on

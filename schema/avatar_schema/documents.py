@@ -29,3 +29,9 @@ def schema(name: str) -> dict[str, Any]:
 def constants() -> dict[str, Any]:
     """Every render constant by name; values only. constants.json gives each its reason and source."""
     return {name: entry["value"] for name, entry in json.loads(text("constants.json")).items()}
+
+
+@cache
+def idle_table() -> dict[str, Any]:
+    """The numbers of idle life by name; values only. idle.json gives each its reason and source."""
+    return {name: entry["value"] for name, entry in json.loads(text("idle.json")).items()}

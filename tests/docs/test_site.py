@@ -53,5 +53,7 @@ def test_files_outside_docs_are_in_the_site(site: Path) -> None:
         "engine_shaders/index.html",
         "trainer/index.html",
         "samples/driven.webp",
+        "players/web/examples/plain/avatar-export-player/element.js",
+        "players/web/examples/plain/avatar-export-player/sample.avatar",
     ):
         assert (site / "repository" / page).exists(), page

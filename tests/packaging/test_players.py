@@ -90,10 +90,10 @@ def test_what_it_exports_is_in_it(package: dict[str, bytes]) -> None:
     assert manifest["version"] == __version__ and list(manifest)[:2] == ["name", "version"]
 
 
-def test_it_carries_its_licence_and_the_notices_of_what_its_wasm_contains(package: dict[str, bytes]) -> None:
+def test_it_carries_its_licence_and_the_notices_of_its_wasm_and_its_sample(package: dict[str, bytes]) -> None:
     assert package["LICENSE"] == (WEB.parents[1] / "LICENSE").read_bytes()
     notice, of_all = package["NOTICE.md"].decode(), (WEB.parents[1] / "NOTICE.md").read_text("utf-8")
-    for owner in ("Copyright (c) Zig contributors", "Rich Felker"):
+    for owner in ("Copyright (c) Zig contributors", "Rich Felker", "Lee Perry-Smith", "ICT-FaceKit"):
         assert owner in notice and owner in of_all
 
 

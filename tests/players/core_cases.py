@@ -34,8 +34,9 @@ from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.joints import joints
 from avatar_shaders import VERSION
 from tests.avatars import full_avatar
-from tests.players.heights.height_cases import write_height_cases
+from tests.conformance.idle_vectors import FILE as IDLE
 from tests.players.hostile.packs import write_hostile
+from tests.players.vectors.height_cases import write_height_cases
 from tests.session.fuzz import FACTOR
 
 GOLDEN = Path(__file__).parents[1] / "data" / "packs" / "1.0"
@@ -82,6 +83,7 @@ def write_cases(folder: Path) -> None:
     (folder / "hostile").mkdir()
     write_hostile({case.name: case.file for case in cases}, folder / "hostile")
     write_height_cases(folder)
+    (folder / "idle.json").write_bytes(IDLE.read_bytes())
     (folder / "cameras.json").write_text(json.dumps(list(cameras())))
     (folder / "recording.csv").write_bytes(RECORDING.read_bytes())
     take = read_live_link_csv(RECORDING.read_bytes(), RECORDING.name)

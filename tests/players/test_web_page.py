@@ -18,6 +18,7 @@ from bench.pack_avatars import AVATARS
 
 from avatar_export.ops.active_sh import with_active_sh
 from avatar_export.packing.write import pack
+from avatar_export.serving import talk
 from tests.commands import Run
 from tests.exporter.commands.test_view import view
 from tests.exporter.live.senders import live_link_packets
@@ -25,6 +26,7 @@ from tests.measured import Measure
 from tests.players.web import CHROMIUM, LIMIT_S, OTHERS, WEB, environment_of, in_browsers, node, run_node_test
 
 PAGE = Path(__file__).parents[2] / "exporter" / "avatar_export" / "viewer_page"
+PACKS = Path(__file__).parents[1] / "data" / "packs" / "1.0"
 PACKETS = 20
 BACKEND = "?backend=webgl2&play=0"  # a software GPU loses its WebGPU device when a page presents
 COVERED = 0.1  # of the page: a head that fills it covers more
@@ -65,6 +67,10 @@ def test_the_page_is_what_the_sources_make(tmp_path: Path) -> None:
     subprocess.run(command, cwd=WEB, check=True, timeout=LIMIT_S)
     made = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert made == {path.name: path.read_bytes() for path in PAGE.iterdir() if path.suffix != ".py"}
+    subprocess.run(
+        [node(), "build.mjs", "tracker", "--out", str(tmp_path)], cwd=WEB, check=True, timeout=LIMIT_S
+    )
+    assert (tmp_path / talk.TRACKER).read_bytes() == talk.talk_files()[talk.TRACKER]
 
 
 def test_types_are_sound() -> None:
@@ -75,7 +81,13 @@ def test_types_are_sound() -> None:
         assert done.returncode == 0, done.stdout
 
 
-MORE = {"memory.test.mjs": {"LONG": "1"}, "adapters.test.mjs": {"ADAPTERS": "all"}, "viewer.test.mjs": {}}
+MORE = {
+    "memory.test.mjs": {"LONG": "1"},
+    "element_life.test.mjs": {"LONG": "1"},
+    "element.test.mjs": {},
+    "adapters.test.mjs": {"ADAPTERS": "all"},
+    "viewer.test.mjs": {},
+}
 BROWSER_TESTS = [
     *((CHROMIUM, path.name, {}) for path in sorted((WEB / "tests").glob("*.test.mjs"))),
     *(
@@ -126,10 +138,17 @@ def test_a_published_folder_opens_under_its_title(browser: str, head: Path, run:
             assert run("publish", head, "-o", site, "--title", title, "--force")[0] == 0
             with visit(browser, f"http://127.0.0.1:{server.server_port}/index.html{BACKEND}") as page:
                 first = line(page)
-            assert float(str(first["covered"])) > COVERED and first["ready"] == f"{title} · Avatar viewer", (
-                first
-            )
+            assert float(str(first["covered"])) > COVERED and first["ready"] == title, first
         server.shutdown()
+
+
+def test_published_pages_are_for_everybody(run: Run, tmp_path: Path) -> None:
+    """Presenting, inspecting, embedded, loading, failed, a gallery, one file: what a visitor does, and axe."""
+    joints, surface = (PACKS / f"{name}.avatar" for name in ("joints", "surface"))
+    for *given, out in ((joints, "one"), (joints, surface, "two"), (joints, "--single", "one.html")):
+        assert run("publish", *given, "-o", tmp_path / out)[0] == 0
+    for name in ("published", "access"):
+        run_node_test(f"pages/{name}.test.mjs", environment_of(CHROMIUM), SITES=str(tmp_path))
 
 
 @in_browsers

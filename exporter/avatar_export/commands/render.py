@@ -31,7 +31,7 @@ class Motion(Options):
 
     drive: Path | None = option(
         None,
-        "Recording to play: Live Link Face CSV or UDP packets, or bsData.json of LAM, alone or in a zip.",
+        "Recording to play: Live Link Face CSV or UDP packets, or weights over time as JSON (also Audio2Face and LAM).",
     )
     clip: str | None = option(
         None,
@@ -48,16 +48,23 @@ class Motion(Options):
     mesh_units: float | None = option(
         None, "Units of --meshes per metre. Default: the avatar's training units.", least=1e-6, most=1e6
     )
+    idle: float | None = option(
+        None,
+        "Seconds in which the avatar only breathes, blinks and looks about. For avatars that ARKit drives.",
+        least=0.04,
+        most=3600,
+    )
+    seed: int = option(0, "Persons of different seeds blink and look at different times, for --idle.")
     every: int = option(1, "Take every N-th frame of the sequence, or of --frames.", least=1)
     frames: str | None = option(None, "Take the frames FIRST:END of the sequence, as it is stored.")
     fps: float = option(
-        30.0, "Frames per second of --meshes and --orbit. Clips have their own.", least=0.1, most=240
+        30.0, "Frames per second of --idle, --meshes and --orbit. Clips have their own.", least=0.1, most=240
     )
 
     @property
     def sources(self) -> dict[str, object]:
         """The options that say what moves, of which one may be given."""
-        return {"--drive": self.drive, "--clip": self.clip, "--meshes": self.meshes}
+        return {"--drive": self.drive, "--clip": self.clip, "--meshes": self.meshes, "--idle": self.idle}
 
     def of(self, avatar: Avatar, pose: Pose, turntable: bool) -> sequences.PoseSequence:
         """The whole sequence; of a single `pose` a turntable or one image. Raises AvatarError."""
@@ -65,6 +72,8 @@ class Motion(Options):
             return sequences.recorded(avatar, self.drive)
         if self.clip is not None:
             return sequences.clip(avatar, self.clip, self.clip_name)
+        if self.idle is not None:
+            return sequences.idle(avatar, self.idle, self.seed, self.fps)
         if self.meshes:
             return sequences.meshes(avatar, self.meshes, self.mesh_units, self.fps)
         return sequences.turntable(pose, self.fps) if turntable else sequences.PoseSequence([pose], self.fps)
@@ -136,7 +145,7 @@ def render(
     ] = False,
     force: arguments.Force = False,
 ) -> None:
-    """Draw a bundle or a pack: one pose, a recording, a clip or posed meshes."""
+    """Draw a bundle or a pack: one pose, a recording, a clip, posed meshes, or the avatar when it is idle."""
     arguments.one_of("--profile", profile, PROFILES)
     arguments.one_of("--backend", backend, BACKENDS)
     _expect_one_meaning(posed, motion, shot)
@@ -173,6 +182,6 @@ def _expect_one_meaning(posed: arguments.Posed, motion: Motion, shot: Shot) -> N
         raise typer.BadParameter("needs --camera", param_hint="--camera-frames")
     if not any(motion.sources.values()) and shot.orbit == 0 and motion.frames is not None:
         raise typer.BadParameter(
-            "goes with --drive, --clip, --meshes or --orbit; without them there is one image",
+            "goes with --drive, --clip, --idle, --meshes or --orbit; without them there is one image",
             param_hint="--frames",
         )

@@ -29,7 +29,9 @@ class TakeReader(NamedTuple):
 TAKE_READERS: tuple[TakeReader, ...] = (
     TakeReader("live_link_udp", "recorded Live Link Face packets", is_live_link_udp, read_live_link_udp),
     TakeReader("live_link_csv", "Live Link Face CSV", is_live_link_csv, read_live_link_csv),
-    TakeReader("expression_json", "bsData.json of LAM", is_expression_json, read_expression_json),
+    TakeReader(
+        "expression_json", "JSON with ARKit weights over time", is_expression_json, read_expression_json
+    ),
 )
 
 

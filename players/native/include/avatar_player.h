@@ -239,6 +239,9 @@ AVATAR_API int avatar_read_packet(const void* packet, size_t bytes, AvatarFrame*
 AVATAR_API int avatar_enable_driving(AvatarInstance* instance, int within_range);
 /* Writes the pose of a frame; what the frame does not move is at rest. Allocates nothing. */
 AVATAR_API int avatar_drive(AvatarInstance* instance, const AvatarFrame* frame);
+/* Writes what a person does who only sits there at a time: breathes, blinks, looks about. It depends on time and seed
+ * alone. Fails for times that are not finite or beyond 1e15. Allocates nothing. Any thread. */
+AVATAR_API int avatar_idle(double seconds, uint32_t seed, AvatarFrame* frame);
 /* A recording: the text of a CSV file of Live Link Face. `name` is what errors call it. NULL as avatar_load. */
 AVATAR_API AvatarRecording* avatar_recording_open(const char* text, size_t bytes, const char* name,
                                                   const AvatarAllocator* allocator);

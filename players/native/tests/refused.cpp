@@ -284,6 +284,7 @@ void captures(Table& t) {
     t.row("avatar_arkit_name", avatar_arkit_name(61) == nullptr && avatar_arkit_name(beyond) == nullptr);
     t.row("avatar_arkit_channel", avatar_arkit_channel(nullptr) == -1 && avatar_arkit_channel("") == -1);
     t.row("avatar_read_packet", avatar_read_packet(nullptr, 9, &frame) == 0 && avatar_read_packet("\6", 1, nullptr) == 0);
+    t.row("avatar_idle", avatar_idle(1, 2, nullptr) == AVATAR_FAILED && avatar_idle(infinity, 2, &frame) == AVATAR_FAILED);
     AvatarRecording* none = avatar_recording_open(nullptr, 12, nullptr, nullptr);
     t.row("avatar_recording_open NULL", avatar_recording_error(none) != nullptr, avatar_recording_error(none), "no text");
     t.row("avatar_recording_error NULL", avatar_recording_error(nullptr) != nullptr);

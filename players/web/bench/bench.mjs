@@ -33,8 +33,12 @@ const FROM_WEB = /import\s*"https:[^"]*";/g;
 const RENDERERS = {
   "ours": { page: "ours.ts", form: "avatar", moves: "pose and camera", target: "RGBA32F", cutOff: "alpha < 1/255" },
   "ours, still pose": { page: "ours.ts", query: "?still", form: "avatar", moves: "camera", target: "RGBA32F", cutOff: "alpha < 1/255" },
+  "the element": { page: "tag.ts", form: "avatar", moves: "camera", target: "RGBA32F", cutOff: "alpha < 1/255" },
+  "the element, idle life": { page: "tag.ts", query: "?idle", form: "avatar", moves: "pose and camera", target: "RGBA32F", cutOff: "alpha < 1/255" },
   "Spark 2.2.0": { page: "spark.js", form: "ply", moves: "camera", target: "RGBA8", cutOff: "alpha < 1/255, 2.83 sigma" },
   "PlayCanvas 2.23.3": { page: "playcanvas.js", form: "ply", moves: "camera", target: "RGBA8", cutOff: "alpha < 1/255, 2.83 sigma" },
+  "gsplat.js 1.2.9": { page: "gsplat.js", form: "ply", moves: "camera", target: "RGBA8", cutOff: "2.83 sigma" },
+  "mkkellogg's 0.4.7": { page: "mkkellogg.js", form: "ply", moves: "camera", target: "RGBA8", cutOff: "2.83 sigma" },
   "LAM's own 0.0.8": { page: "lam.js", form: "zip", moves: "pose and camera", target: "RGBA8", cutOff: "alpha < 1/255, quad of 2.83 sigma" },
 };
 

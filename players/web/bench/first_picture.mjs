@@ -1,9 +1,9 @@
 // Bytes and seconds from an empty cache to the first picture, at 10 Mbit/s: npm run first-picture.
 //
-//   npm run first-picture -- [--pack FILE ...] [--page FOLDER]
+//   npm run first-picture -- [--pack FILE ...] [--site FOLDER]
 //
-// The page is one script, the package and a canvas; --page takes another folder instead, such as the built viewer page,
-// whose picture counts once `window.firstPicture` is a time. Scripts are sent gzipped, as web servers do.
+// The page is one script, the package and a canvas; --site takes a folder that `publish` wrote instead. Bytes are those
+// until the first picture of the player. Text is sent gzipped, as web servers do.
 import { createServer } from "node:http";
 import { existsSync } from "node:fs";
 import { readFile } from "node:fs/promises";
@@ -19,9 +19,9 @@ const MBIT_S = 10;
 const LATENCY_MS = 40;
 const SIZE = 512; // pixels
 const MOST_MS = 60_000;
-const { values: options } = parseArgs({ options: { pack: { type: "string", multiple: true }, page: { type: "string" } } });
+const { values: options } = parseArgs({ options: { pack: { type: "string", multiple: true }, site: { type: "string" } } });
 const built = (name) => join(HERE, "../build/bench/avatars", `${name}.avatar`);
-const packs = options.pack ?? ["head", "lam"].map(built).filter((file) => existsSync(file));
+const packs = options.site ? [options.site] : options.pack ?? ["head", "lam"].map(built).filter((file) => existsSync(file));
 if (packs.length === 0) {
   console.error("first_picture.mjs: there is no pack; name one with --pack, or run `npm run bench` first, which makes some");
   process.exit(2);
@@ -70,7 +70,14 @@ async function show(pack, backend) {
   await client.send("Network.emulateNetworkConditions", {
     offline: false, latency: LATENCY_MS, downloadThroughput: (MBIT_S * 1e6) / 8, uploadThroughput: (MBIT_S * 1e6) / 8,
   });
-  await page.goto(`${server.address}/index.html?backend=${backend}&avatar=avatar.avatar`);
+  await page.evaluateOnNewDocument(() => {
+    const waiting = setInterval(() => {
+      if (window.avatarViewer === undefined) return;
+      clearInterval(waiting);
+      window.avatarViewer.ready.then(() => (window.firstPicture = performance.now()));
+    }, 5);
+  });
+  await page.goto(`${server.address}/index.html?backend=${backend}`);
   const shown = await page.waitForFunction(() => window.firstPicture !== undefined, { timeout: MOST_MS, polling: 100 }).catch(() => null);
   const [loaded, first] = await page.evaluate(() => [window.loaded, window.firstPicture]).catch(() => []); // a tab that crashed
   await browser.close();
@@ -81,15 +88,16 @@ async function show(pack, backend) {
 
 /** The page and the pack; text is sent gzipped. */
 async function serveGzipped(pack) {
-  const types = { js: "text/javascript", html: "text/html", css: "text/css", json: "application/json", avatar: "application/octet-stream" };
+  const types = { js: "text/javascript", html: "text/html", css: "text/css", json: "application/json", avatar: "application/octet-stream", webp: "image/webp" };
   const server = createServer(async (request, response) => {
     const path = new URL(request.url, "http://x").pathname;
-    const file = path === "/avatar.avatar" ? pack : options.page && join(options.page, basename(path));
-    const body = own[path] && !options.page ? own[path] : file && existsSync(file) ? await readFile(file) : null;
+    const file = options.site ? join(options.site, path) : path === "/avatar.avatar" ? pack : "";
+    const body = own[path] && !options.site ? own[path] : existsSync(file) ? await readFile(file) : null;
     if (body === null) return response.writeHead(404).end();
     const kind = path.split(".").pop();
-    const text = kind === "avatar" ? body : gzipSync(body, { level: 9 });
-    const encoding = kind === "avatar" ? {} : { "Content-Encoding": "gzip" };
+    const packed = kind === "avatar" || kind === "webp";
+    const text = packed ? body : gzipSync(body, { level: 9 });
+    const encoding = packed ? {} : { "Content-Encoding": "gzip" };
     response.writeHead(200, { "Content-Type": types[kind] ?? "text/plain", "Content-Length": text.length, ...encoding }).end(text);
   });
   await new Promise((done) => server.listen(0, "127.0.0.1", done));

@@ -5,8 +5,10 @@ import { mkdir, writeFile } from "node:fs/promises";
 import { join } from "node:path";
 
 const PEERS = {
+  "@mkkellogg/gaussian-splats-3d": "0.4.7",
   "@sparkjsdev/spark": "2.2.0",
   "gaussian-splat-renderer-for-lam": "0.0.8",
+  gsplat: "1.2.9",
   playcanvas: "2.23.3",
   three: "0.187.0",
 };

@@ -33,6 +33,11 @@ async function measure(path) {
     const driver = new core.Driver(avatar);
     frame.weights.fill(0.3);
     show("driving", await best(() => driver.pose(frame, pose), TURNS));
+    show("a frame of idle life", await best((i) => core.idle(i / 60, 1, frame), TURNS));
+    const life = new core.Life(avatar);
+    life.idle = true;
+    const rest = new core.Pose(avatar);
+    show("idle life, driven and added to a pose", await best((i) => life.pose(i / 60, rest, pose), TURNS));
   }
   if (avatar.clips.length > 0) {
     const clip = new core.Clip(avatar, 0);

@@ -4,6 +4,8 @@ import { AvatarError } from "./errors.js";
 export const FILE_LIMIT = 2 ** 30;
 const FIRST = 1 << 16; // bytes of the first piece of memory where the length is not known
 
+const HTML = /^\s*<[!a-z]/i; // no pack begins so
+
 /** Called during a download; `totalBytes` is null where the server does not say it. */
 export type Progress = (loadedBytes: number, totalBytes: number | null) => void;
 
@@ -19,6 +21,9 @@ export async function fetchBytes(url: string | URL, signal?: AbortSignal, onProg
   const bytes = await collected(response.body.getReader(), total, signal, onProgress);
   if (total !== null && bytes.length !== total) {
     throw new AvatarError(`was cut off: ${bytes.length} of ${total} bytes arrived; load it again`);
+  }
+  if (HTML.test(new TextDecoder().decode(bytes.subarray(0, 64)))) {
+    throw new AvatarError("cannot be loaded: its address answers an HTML page, not this file; is the address right?");
   }
   return bytes;
 }

@@ -54,7 +54,7 @@ async function readBlob(blob: Blob): Promise<Uint8Array> {
 function nameOf(source: Source): string {
   if (typeof source === "string" || source instanceof URL) {
     const path = String(source).split(/[?#]/)[0] as string;
-    return path.slice(path.lastIndexOf("/") + 1) || path;
+    return path.slice(path.lastIndexOf("/") + 1) || path || "the pack";
   }
   return typeof File !== "undefined" && source instanceof File ? source.name : "the pack";
 }

@@ -5,8 +5,7 @@ import type { Camera } from "./camera.js";
 import { AvatarError } from "./errors.js";
 import { Instance } from "./instance.js";
 import type { Background, Renderer } from "./renderer.js";
-import { requestDevice } from "./webgpu/device.js";
-import { WebGpuRenderer } from "./webgpu/renderer.js";
+import { DEVICE } from "./webgpu/device.js";
 
 export type Canvas = HTMLCanvasElement | OffscreenCanvas;
 
@@ -16,10 +15,12 @@ export interface PlayerOptions {
   readonly backend?: "webgpu" | "webgl2";
 }
 
-/** Plays avatars on a canvas. */
+/** Plays avatars on a canvas. The players of a page share one GPU device, or one WebGL2 context and one worker. */
 export class Player {
   /** Avatars in the order in which they were added; ties of depth are drawn in this order. */
   readonly instances: Instance[] = [];
+
+  private disposed = false;
 
   private constructor(
     /** null: nothing is shown, and `readPixels` gives the image. */
@@ -53,8 +54,9 @@ export class Player {
     return this.renderer.images;
   }
 
-  /** Puts an avatar into the scene. Throws AvatarError where it exceeds a limit of the GPU, or has no such level. */
+  /** Puts an avatar into the scene. Throws AvatarError where it exceeds a limit of the GPU or has no such level, and after `dispose`. */
   add(avatar: Avatar, options: { level?: number } = {}): Instance {
+    this.checkAlive();
     const host = { changed: (one: Instance) => this.renderer.changed(one), remove: (one: Instance) => this.remove(one) };
     const instance = new Instance(avatar, host, options.level ?? 0);
     this.renderer.add(instance);
@@ -64,9 +66,10 @@ export class Player {
 
   /**
    * Draws the instances as they are posed now. The canvas takes the camera's size. On WebGL2 the image appears when the
-   * worker has computed it; a frame that comes too early replaces one that waits.
+   * worker has computed it; a frame that comes too early replaces one that waits. Throws AvatarError after `dispose`.
    */
   frame(camera: Camera, background: Background = null): void {
+    this.checkAlive();
     this.renderer.frame(camera, background);
   }
 
@@ -80,10 +83,16 @@ export class Player {
     return this.renderer.readPixels();
   }
 
-  /** Frees the GPU's memory. The canvas can serve another player of the same backend. */
+  /** Frees the GPU's memory; the last player of a page ends the device. The canvas can serve another player of the same backend. */
   dispose(): void {
+    if (this.disposed) return;
+    this.disposed = true;
     this.instances.length = 0;
     this.renderer.dispose();
+  }
+
+  private checkAlive(): void {
+    if (this.disposed) throw new AvatarError("this player was disposed of; make another with Player.create");
   }
 
   private remove(instance: Instance): void {
@@ -93,15 +102,29 @@ export class Player {
   }
 }
 
+/** null where this browser has no WebGPU. */
+async function startWebGpu(canvas: Canvas | null): Promise<Renderer | null> {
+  const lease = DEVICE.take();
+  try {
+    const device = await lease.value;
+    if (device !== null) {
+      const { WebGpuRenderer } = await import("./webgpu/renderer.js");
+      const context = (canvas?.getContext("webgpu") ?? null) as GPUCanvasContext | null;
+      if (canvas !== null && context === null) throw new AvatarError("the canvas has another context already", { field: "WebGPU" });
+      return new WebGpuRenderer(device, context, lease.release);
+    }
+  } catch (error) {
+    lease.release();
+    throw error;
+  }
+  lease.release();
+  return null;
+}
+
 async function makeRenderer(canvas: Canvas | null, backend?: string): Promise<Renderer> {
   if (backend !== "webgl2") {
-    const device = await requestDevice();
-    if (device !== null) {
-      if (canvas === null) return new WebGpuRenderer(device, null);
-      const context = canvas.getContext("webgpu") as GPUCanvasContext | null;
-      if (context === null) throw new AvatarError("the canvas has another context already", { field: "WebGPU" });
-      return new WebGpuRenderer(device, context);
-    }
+    const renderer = await startWebGpu(canvas);
+    if (renderer !== null) return renderer;
     if (backend === "webgpu") throw new AvatarError("this browser has no WebGPU here", { field: "WebGPU" });
   }
   const { startWebGl2 } = await import("./webgl2/start.js");

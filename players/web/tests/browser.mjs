@@ -25,8 +25,11 @@ export async function scriptOf(name, alias = {}) {
   return outputFiles[0].text;
 }
 
-/** Serves {path: file name or Buffer}; POSTs to /out/NAME go to `written`. `serve.first` runs before a page's own scripts. */
-export async function serve(files) {
+/**
+ * Serves {path: file name or Buffer}, under a Content-Security-Policy if one is given; POSTs to /out/NAME go to `written`.
+ * `serve.first` runs before a page's own scripts.
+ */
+export async function serve(files, policy) {
   const written = new Map();
   const server = createServer(async (request, response) => {
     const path = new URL(request.url, "http://x").pathname;
@@ -41,7 +44,8 @@ export async function serve(files) {
     const type = TYPES[extname(path)] ?? "application/octet-stream";
     const file = typeof found === "string" ? await readFile(found) : found;
     const body = serve.first && type === TYPES[".html"] ? Buffer.concat([Buffer.from(`<!doctype html><script>${serve.first}</script>`), file]) : file;
-    response.writeHead(200, { "Content-Type": type, "Content-Length": body.length }).end(body);
+    const strict = policy === undefined ? {} : { "Content-Security-Policy": policy };
+    response.writeHead(200, { "Content-Type": type, "Content-Length": body.length, ...strict }).end(body);
   });
   await new Promise((done) => server.listen(0, "127.0.0.1", done));
   return { address: `http://127.0.0.1:${server.address().port}`, written, close: () => server.close() };

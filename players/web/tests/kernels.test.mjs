@@ -9,13 +9,13 @@ import { HERE, PACKS } from "./browser.mjs";
 const PARTS = `
   export { load } from "./load.ts"; export { KernelScene, kernelProgram } from "./webgl2/kernel_scene.ts";
   export { Camera } from "./camera.ts"; export { Instance } from "./instance.ts";
-  export { kernelBytes } from "./webgl2/kernel_bytes.ts";`;
+  export { kernelModule } from "./webgl2/kernel_module.ts";`;
 const LOADS = 50;
 const ID = 1;
 
 const stdin = { contents: PARTS, resolveDir: join(HERE, "../src"), loader: "ts" };
 const made = await imported({ stdin });
-const module = new WebAssembly.Module(made.kernelBytes());
+const module = await made.kernelModule();
 
 const pack = async (name) => new Uint8Array(await readFile(join(PACKS, `${name}.avatar`)));
 

@@ -65,6 +65,13 @@ export async function open(avatar, size = SMALL) {
   await page.setViewport(size);
   await page.evaluateOnNewDocument(() => {
     window.said = [];
+    window.contexts = []; // of WebGL
+    const { getContext } = HTMLCanvasElement.prototype;
+    HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
+      const context = getContext.call(this, kind, ...options);
+      if (kind === "webgl2") window.contexts.push(context);
+      return context;
+    };
     window.WebSocket = class extends EventTarget {
       static OPEN = 1;
       readyState = 1;

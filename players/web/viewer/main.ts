@@ -1,10 +1,9 @@
 // The viewer page: starts it, and offers `window.avatarViewer` to tests and to pages that embed this one.
-import type { Instance, Player } from "../src/index.js";
+import type { Instance, Player, Pose } from "../src/index.js";
 import { byId, errorText } from "./parts/dom.js";
 import { Gallery } from "./gallery.js";
 import { Page } from "./page.js";
-import { readSession, sourceOf, type Entry, type Session } from "./session.js";
-import { missingGraphics } from "./stage/stage.js";
+import { EMPTY, readSession, sourceOf, type Entry, type Session } from "./session.js";
 
 declare global {
   interface Window {
@@ -13,12 +12,14 @@ declare global {
   }
 }
 
-/** The viewer from outside. Call `draw` after changing `instance.pose`. */
+/** The viewer from outside. Call `draw` after changing `pose`. */
 export interface AvatarViewer {
   /** null before the start and while the device is lost. */
   readonly player: Player | null;
   /** The avatar that is shown, or null. */
   readonly instance: Instance | null;
+  /** Its pose before idle life, which clips and sliders write, too. */
+  readonly pose: Pose | null;
   /** Resolves after the first picture; rejects where the first avatar cannot be shown. */
   readonly ready: Promise<void>;
   /** Frames drawn so far. */
@@ -29,18 +30,20 @@ export interface AvatarViewer {
 
 /** Follows the address: `?avatar=ID`, or the gallery where there are several avatars and none is asked for. */
 class Navigation {
-  private session: Session = { avatars: [], live: false, events: false };
+  private session: Session = EMPTY;
   private gallery: Gallery | null = null;
   private current: Entry | null = null;
 
   constructor(private readonly page: Page) {
     addEventListener("popstate", () => this.follow());
-    byId("gallery-button").addEventListener("click", () => this.go(null));
+    byId("gallery-button").addEventListener("click", () => this.toGallery());
   }
 
   /** Reads the session and shows what the address asks for. */
   async start(): Promise<void> {
     await this.read();
+    this.page.visitor.offer(this.session.talk);
+    this.page.present(this.session.present, new URLSearchParams(location.search).has("embed"));
     this.follow();
     if (this.session.live || this.session.events) this.page.listen(this.session.live);
   }
@@ -60,10 +63,15 @@ class Navigation {
   private async read(): Promise<void> {
     this.session = await readSession();
     const { avatars } = this.session;
-    byId("gallery-button").hidden = avatars.length < 2;
+    byId("gallery-button").hidden = avatars.length < 2 && this.session.gallery === null;
     const shown = this.gallery?.shown ?? false;
     this.gallery = new Gallery(avatars, (entry) => this.go(entry));
     this.gallery.shown = shown;
+  }
+
+  private toGallery(): void {
+    if (this.session.gallery === null) this.go(null);
+    else location.assign(this.session.gallery);
   }
 
   private go(entry: Entry | null): void {
@@ -94,7 +102,7 @@ class Navigation {
 
   private open(entry: Entry, again: boolean): void {
     this.current = entry;
-    void this.page.open(sourceOf(entry), entry.name, { preview: entry.preview, again, called: entry.name });
+    void this.page.open(sourceOf(entry), entry.name, { entry, again });
   }
 }
 
@@ -120,17 +128,15 @@ async function main(): Promise<void> {
     get instance() {
       return page.stage.instance;
     },
+    get pose() {
+      return page.alive.pose;
+    },
     get frames() {
       return page.stage.frames;
     },
     ready: page.ready,
     draw: () => page.stage.ask(),
   };
-  const missing = missingGraphics();
-  if (missing !== null) {
-    page.fail(missing);
-    return;
-  }
   try {
     await page.stage.start();
     await navigation.start();

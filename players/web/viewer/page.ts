@@ -1,7 +1,8 @@
 // One avatar and everything that acts on it. What wrote last wins: a slider pauses a clip, a clip ends live input.
-import { Clip, Driver, parseLiveLinkCsv, type Avatar, type Instance, type Pose, type Recording, type Source } from "../src/index.js";
+import { Clip, Driver, isWeightsJson, parseLiveLinkCsv, parseWeightsJson, type Avatar, type Pose, type Recording, type Source } from "../src/index.js";
 import { printable } from "../src/errors.js";
-import { takePicture, Video } from "./stage/capture.js";
+import { Saving } from "./stage/saving.js";
+import { Alive } from "./motion/alive.js";
 import { carryPose } from "./motion/carry.js";
 import { ArkitInputs, arkitSection, expressionSection, jointSection, type ChannelSection } from "./controls/channels.js";
 import { Clips, type Motion } from "./motion/clips.js";
@@ -13,18 +14,21 @@ import { Loading } from "./parts/loading.js";
 import { aboutSection, Look } from "./controls/look.js";
 import { Messages } from "./parts/messages.js";
 import { Panel } from "./controls/panel.js";
+import { Presenting } from "./presenting.js";
 import { recordingMotion } from "./motion/recording.js";
+import { shareSection } from "./controls/share.js";
 import { keysOf } from "./parts/shortcuts.js";
-import { Stage } from "./stage/stage.js";
+import { Stage } from "../src/stage/stage.js";
+import { VisitorControls } from "./motion/visitor.js";
+import type { Entry } from "./session.js";
 
 const PANEL_EVERY_MS = 100; // values of sliders while things move
 const NARROW = "(max-width: 719px)"; // as in viewer.css
 
 /** How an avatar is opened. */
 export interface Opening {
-  readonly preview: string | null; // address of a still picture
+  readonly entry: Entry | null; // of the session; null: a file that a person opened
   readonly again: boolean; // the same avatar, made anew: pose, view and clip go on
-  readonly called: string | null; // its name on the page; null: its own
 }
 
 /** The page around one avatar. */
@@ -32,6 +36,9 @@ export class Page {
   readonly messages = new Messages(byId("messages"));
   readonly stage: Stage;
   readonly ready: Promise<void>;
+  readonly presenting = new Presenting();
+  readonly alive: Alive;
+  readonly visitor: VisitorControls;
   /** Called where an avatar's file changed on the server. */
   changed: (id: string) => void = () => undefined;
 
@@ -40,23 +47,25 @@ export class Page {
   private readonly look: Look;
   private readonly panel: Panel;
   private readonly live: Live;
-  private readonly video: Video;
+  private readonly saving: Saving;
   private inputs: ArkitInputs | null = null;
   private recordings: { name: string; recording: Recording }[] = [];
-  private called = ""; // the name that the page shows
+  private entry: Entry | null = null;
   private shownAt = 0;
   private resolve: () => void = () => undefined;
   private reject: (error: Error) => void = () => undefined;
   private awaited = false; // an avatar whose first picture is not there yet
+  private fresh = false; // an avatar that did not move yet
 
-  /** `play`: an avatar with clips moves as soon as it is there. */
-  constructor(backend: "webgpu" | "webgl2" | undefined, private readonly play: boolean) {
+  /** `moves`: an avatar with clips moves as soon as it is there, and presented it lives. */
+  constructor(backend: "webgpu" | "webgl2" | undefined, private readonly moves: boolean) {
     this.ready = new Promise((resolve, reject) => {
       this.resolve = resolve;
       this.reject = reject;
     });
     this.ready.catch(() => undefined); // a message says it
     this.stage = new Stage(byId("stage"), backend, {
+      seen: () => undefined,
       drawn: () => this.drawn(),
       awaiting: () => this.live.awaiting(),
       settled: () => this.settled(),
@@ -64,7 +73,7 @@ export class Page {
       failed: (error) => this.messages.error(errorText(error)),
     });
     this.look = new Look(this.stage);
-    this.video = new Video(this.stage);
+    this.saving = new Saving(this.stage, this.messages);
     this.panel = new Panel(byId("sections"), byId("search"), byId("found"), () => this.written());
     this.live = new Live(byId("live-state"), {
       changed: (id) => this.changed(id),
@@ -74,14 +83,24 @@ export class Page {
         this.stage.watched = true;
       },
     });
-    this.stage.movers.push(this.clips.move, this.live.move);
+    this.visitor = new VisitorControls({
+      inputs: () => this.inputs,
+      began: () => this.written(),
+      ended: () => this.resetPose(),
+      ask: () => this.stage.ask(),
+      note: (text) => this.messages.note(text),
+      error: (text) => this.messages.error(text),
+    });
+    this.alive = new Alive(() => moves && this.presenting.on && !this.clips.playing && !this.followed);
+    this.stage.movers.push(this.clips.move, this.live.move, this.alive.move);
     this.connect();
   }
 
   /** Loads and shows an avatar. Errors become messages, and what was shown before stays. */
-  async open(source: Source, name: string, { preview, again, called }: Opening): Promise<void> {
+  async open(source: Source, name: string, { entry, again }: Opening): Promise<void> {
     byId("empty").hidden = true;
-    if (!again) this.loading.setPoster(preview);
+    if (!again) this.loading.setPoster(entry?.preview ?? null);
+    if (this.stage.avatar === null) setText(byId("name"), name);
     try {
       const avatar = await this.loading.load(source, name);
       if (avatar === null) {
@@ -89,9 +108,9 @@ export class Page {
         if (this.stage.avatar === null) this.showEmpty();
         return;
       }
-      if (!again && preview === null) this.loading.setPoster(avatar.preview);
+      if (!again && entry?.preview == null) this.loading.setPoster(avatar.preview);
       this.messages.clear();
-      this.called = called ?? avatar.name;
+      this.entry = entry;
       this.show(avatar, again);
     } catch (error) {
       if (this.stage.avatar !== null) this.loading.hidePoster();
@@ -110,9 +129,10 @@ export class Page {
     byId("empty").hidden = false;
   }
 
-  /** Stops clips, while something else than the avatar is shown. */
+  /** Stops clips and the camera, while something else than the avatar is shown. */
   pause(): void {
     this.clips.pause();
+    this.visitor.leave();
   }
 
   /** Listens to the server; `live`: motion may arrive. */
@@ -124,19 +144,43 @@ export class Page {
   }
 
   /** Puts an avatar on the stage and fills the controls. With `again`, pose, view and clip go on. */
-  private show(avatar: Avatar, again: boolean, old: Instance | null = this.stage.instance): void {
-    const { pose } = this.stage.show(avatar);
-    if (again && old !== null) carryPose(old.avatar, old.pose, avatar, pose);
+  private show(avatar: Avatar, again: boolean): void {
+    const { avatar: before, pose: posed } = this.alive;
+    const pose = this.alive.setAvatar(this.stage.show(avatar));
+    if (again && before !== null && posed !== null) carryPose(before, posed, avatar, pose);
     this.awaited = true;
     this.inputs = this.inputsOf(avatar, pose);
     this.live.setAvatar(this.inputs);
+    if (this.inputs === null) this.visitor.stop();
     this.stage.orbit.setFraming(avatar.framing, again);
     this.clips.setAvatar(this.motions(avatar), pose, again);
-    if (this.play && !again && !this.live.follow && !this.clips.playing) this.clips.toggle();
+    if (avatar.expressions.length === 0 && !again && !this.followed) this.clips.seek(0); // a face begins at rest
+    this.fresh = !again;
     this.fillPanel(avatar, pose);
     byId("frame-button").hidden = !this.stage.orbit.hasHead;
-    setText(byId("name"), this.called);
-    document.title = printable(`${this.called} · Avatar viewer`);
+    const called = this.entry?.name ?? avatar.name;
+    setText(byId("name"), called);
+    document.title = printable(this.presenting.on ? called : `${called} · Avatar viewer`);
+  }
+
+  /** Whether live input or the visitor moves the avatar. */
+  private get followed(): boolean {
+    return this.live.follow || this.visitor.on;
+  }
+
+  /** After the first picture, which is what still pictures show, the first clip plays. */
+  private begin(): void {
+    if (!this.fresh || !this.moves || this.followed || this.clips.playing) return;
+    this.fresh = false;
+    this.alive.crossfade();
+    this.clips.toggle();
+  }
+
+  /** A clip has ended: presented, the avatar lives on. */
+  private ended(): void {
+    if (!this.presenting.on) return;
+    this.alive.crossfade();
+    this.alive.pose?.reset();
   }
 
   private inputsOf(avatar: Avatar, pose: Pose): ArkitInputs | null {
@@ -161,7 +205,8 @@ export class Page {
     this.panel.setSections(sections.filter((section): section is ChannelSection => section !== null));
     this.look.setAvatar(avatar);
     byId("sections").prepend(this.look.element);
-    byId("sections").append(aboutSection(avatar, this.stage.player?.backend ?? ""));
+    const share = this.entry === null ? null : shareSection(this.entry);
+    byId("sections").append(...(share === null ? [] : [share]), aboutSection(avatar, this.stage.player?.backend ?? ""));
   }
 
   /** A slider was moved. */
@@ -190,7 +235,7 @@ export class Page {
       this.messages.error(`${name}: ${why}`);
       return;
     }
-    const recording = parseLiveLinkCsv(text, name);
+    const recording = isWeightsJson(text) ? parseWeightsJson(text, name) : parseLiveLinkCsv(text, name);
     this.recordings = [...this.recordings.filter((old) => old.name !== name), { name, recording }];
     this.clips.add(recordingMotion(name, recording, this.inputs));
     this.messages.note(`${name} plays`);
@@ -207,6 +252,7 @@ export class Page {
     if (this.awaited && this.stage.instance !== null) {
       this.awaited = false;
       this.loading.hidePoster();
+      this.begin();
       this.resolve();
     }
     this.showValues(performance.now());
@@ -221,40 +267,44 @@ export class Page {
   }
 
   private lost(reason: string): void {
-    this.video.stop();
+    this.saving.stop();
     this.clips.pause();
     this.messages.error(`The graphics device was lost (${reason}). The last picture stays.`, {
       label: "Restart",
-      run: () => void this.restart(this.stage.instance),
+      run: () => void this.restart(),
     });
   }
 
-  private async restart(instance: Instance | null): Promise<void> {
+  private async restart(): Promise<void> {
     try {
       await this.stage.restart();
-      if (instance !== null) this.show(instance.avatar, true, instance);
+      if (this.alive.avatar !== null) this.show(this.alive.avatar, true);
     } catch (error) {
-      this.messages.error(errorText(error), { label: "Restart", run: () => void this.restart(instance) });
+      this.messages.error(errorText(error), { label: "Restart", run: () => void this.restart() });
     }
   }
 
   /** Buttons, files and keys. */
   private connect(): void {
     this.clips.changed = () => this.stage.ask();
-    this.clips.started = () => this.setFollow(false);
+    this.clips.started = () => {
+      this.setFollow(false);
+      this.visitor.stop();
+    };
+    this.clips.once = () => this.presenting.on && this.alive.lives;
+    this.clips.ended = () => this.ended();
+    this.presenting.changed = () => this.presented();
     this.live.ask = () => this.stage.ask();
     const press = (id: string, run: () => void): void => byId(id).addEventListener("click", run);
     press("frame-button", () => this.stage.orbit.toggle());
     press("live-button", () => this.setFollow(!this.live.follow));
     press("reset-button", () => this.resetPose());
-    press("photo-button", () => void this.takePicture());
-    press("video-button", () => this.toggleVideo());
     press("full-button", () => void this.toggleFullScreen());
     press("panel-button", () => this.showPanel(byId("panel-button").getAttribute("aria-expanded") === "false"));
     press("help-button", () => byId<HTMLDialogElement>("help").showModal());
     press("help-close", () => byId<HTMLDialogElement>("help").close());
     listenForFiles({
-      avatar: (file) => this.open(file, file.name, { preview: null, again: false, called: null }),
+      avatar: (file) => this.open(file, file.name, { entry: null, again: false }),
       recording: (name, text) => this.record(name, text),
       failed: (error) => this.messages.error(errorText(error)),
     });
@@ -264,9 +314,22 @@ export class Page {
     this.showPanel(!matchMedia(NARROW).matches);
   }
 
+  /** Opens with the avatar alone, or with its controls; `embedded`: in a frame of another page. */
+  present(alone: boolean, embedded: boolean): void {
+    if (alone) this.look.soft();
+    if (embedded) this.stage.controls = "page";
+    this.presenting.begin(alone, embedded);
+  }
+
+  /** The avatar alone fills the page, or its controls stand around it. */
+  private presented(): void {
+    if (!this.presenting.on) this.panel.show();
+    this.stage.ask();
+  }
+
   private resetPose(): void {
     this.inputs?.clear();
-    this.stage.instance?.pose.reset();
+    this.alive.pose?.reset();
     this.written();
     this.panel.show();
   }
@@ -275,38 +338,6 @@ export class Page {
     byId("viewer").classList.toggle("no-panel", !shown);
     byId("panel-button").setAttribute("aria-expanded", String(shown));
     if (shown) this.panel.show();
-  }
-
-  private async takePicture(): Promise<void> {
-    if (this.stage.instance === null) return;
-    try {
-      this.messages.note(`Saved ${await takePicture(this.stage)}`);
-    } catch (error) {
-      this.messages.error(errorText(error));
-    }
-  }
-
-  private toggleVideo(): void {
-    const button = byId("video-button");
-    const stopped = (): void => button.setAttribute("aria-pressed", "false");
-    if (this.video.recording) {
-      this.video.stop();
-      return;
-    }
-    if (this.stage.instance === null) return;
-    const failed = (error: unknown): void => {
-      stopped();
-      this.messages.error(errorText(error));
-    };
-    try {
-      this.video.start((name) => {
-        stopped();
-        this.messages.note(`Saved ${name}`);
-      }, failed);
-      button.setAttribute("aria-pressed", "true");
-    } catch (error) {
-      failed(error);
-    }
   }
 
   private async toggleFullScreen(): Promise<void> {

@@ -1,5 +1,6 @@
 // What the page shows: `session.json` beside it, or the same inside the page (one HTML file that opens by double-click).
 import { AvatarError } from "../src/index.js";
+import { type Addresses, TRACKER_FILES } from "../src/visitor.js";
 
 /** An avatar that the page can open. */
 export interface Entry {
@@ -17,9 +18,12 @@ export interface Session {
   readonly avatars: readonly Entry[];
   readonly live: boolean; // live input may arrive
   readonly events: boolean; // ./events is a WebSocket
+  readonly present: boolean; // the page opens with the avatar alone
+  readonly gallery: string | null; // address of a page with all avatars
+  readonly talk: Addresses | null; // the face tracker's files; null: the page offers no camera
 }
 
-const EMPTY: Session = { avatars: [], live: false, events: false };
+export const EMPTY: Session = { avatars: [], live: false, events: false, present: false, gallery: null, talk: null };
 
 /** Reads the session. Throws AvatarError where it is there but cannot be read; without any, nothing is to show yet. */
 export async function readSession(): Promise<Session> {
@@ -47,7 +51,14 @@ function parse(text: string): Session {
     avatars: avatars.map((value: unknown, i) => entry(record(value), i)),
     live: root["live"] === true,
     events: root["events"] === true,
+    present: root["present"] === true,
+    gallery: typeof root["gallery"] === "string" ? root["gallery"] : null,
+    talk: talk(record(root["talk"])),
   };
+}
+
+function talk(found: Readonly<Record<string, unknown>>): Addresses | null {
+  return TRACKER_FILES.every((name) => typeof found[name] === "string") ? (found as Addresses) : null;
 }
 
 function record(value: unknown): Readonly<Record<string, unknown>> {

@@ -152,6 +152,7 @@ ROM = ("--drive", TAKES / "live_link_face_rom_300.csv", "--every", "100")
         ((*ROM, "--frames", "100:201"), 2, None),  # of the recording: 100 and 200
         (("--drive", TAKES / "live_link_face_udp.gesichter", "--every", "30", "--frames", "30:91"), 3, 500),
         (("--orbit", "360", "--fps", "3", "-a", "jawOpen=1"), 6, None),
+        (("--idle", "3", "--fps", "1", "--seed", "1", "--zoom", "3"), 3, 1000),
     ],
 )
 def test_render_what_moves(

@@ -210,6 +210,28 @@ def test_a_take_by_name(tmp_path: Path) -> None:
     assert (clip.name, clip.frames) == ("bsData", 5) and clip.expression_weights.any()
 
 
+def test_other_spellings_are_the_same_take(tmp_path: Path) -> None:
+    said = document()
+    rows = [one["weights"] for one in said["frames"]]
+    own = {"names": NAMES, "fps": 30, "frames": rows}
+    audio2face = {"exportFps": 30.0, "facsNames": NAMES, "numPoses": 4, "numFrames": 5, "weightMat": rows}
+    path = tmp_path / "weights.json"
+    for other in (own, audio2face):
+        path.write_text(json.dumps(other), "utf-8")
+        found = read_take(path)
+        assert is_json_take(path) and (found.fps, len(found)) == (30, 5)
+        np.testing.assert_array_equal(
+            found.channels, read_expression_json(json.dumps(said).encode(), "a").channels
+        )
+    for wrong, message in (
+        ({**own, "fps": 0}, "weights.json: fps: is 0, not frames per second"),
+        ({**own, "frames": [[1]]}, r"frames\[0\]: expected 4 numbers"),
+        ({**audio2face, "numFrames": 6}, "numFrames: is 6, but there are 5 frames"),
+    ):
+        path.write_text(json.dumps(wrong), "utf-8")
+        refused(message, read_take, path)
+
+
 def frame(key: str, value: Any) -> Callable[[Any], None]:
     return put("frames", 2, key, value)
 

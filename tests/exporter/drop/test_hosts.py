@@ -151,8 +151,8 @@ BLUEPRINTS = {"Game.uproject": '{"EngineAssociation": "5.5"}'}
     [
         (UNREAL, ["Open Game.uproject", "C++ toolchain"]),
         (BLUEPRINTS, ["Tools > New C++ Class", "C++ toolchain"]),
-        (NPM, ["npm install ./avatar-export-player.tgz", 'load("./head.avatar")']),
-        ({**NPM, "pnpm-lock.yaml": ""}, ["pnpm add ./avatar-export-player.tgz", 'load("./head.avatar")']),
+        (NPM, ["npm install ./avatar-export-player.tgz", 'src="./head.avatar"']),
+        ({**NPM, "pnpm-lock.yaml": ""}, ["pnpm add ./avatar-export-player.tgz", 'src="./head.avatar"']),
     ],
 )
 def test_steps_follow_the_project(tmp_path: Path, files: Mapping[str, str], words: list[str]) -> None:

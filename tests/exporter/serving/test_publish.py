@@ -7,6 +7,7 @@ import hashlib
 import io
 import json
 import re
+from functools import cache
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -55,10 +56,12 @@ def test_one_avatar_is_the_page_itself() -> None:
     }
     assert all(hashed(path, data) for path, data in files.items() if path != "index.html")
     said = inline(Seen(files["index.html"].decode()))
-    assert (said["live"], said["events"]) == (False, False)
+    assert (said["live"], said["events"], said["present"], said["gallery"]) == (False, False, True, None)
     assert files[said["avatars"][0]["file"]] == packed("Head", "CC BY 4.0")
     assert files[said["avatars"][0]["preview"]][8:12] == b"WEBP"
     seen = Seen(files["index.html"].decode())
+    [poster] = [image for image in seen.all("img") if image.get("id") == "poster"]
+    assert (poster["src"], poster["alt"]) == (said["avatars"][0]["preview"], "Head")
     assert seen.text["title"] == ["Head"] and "og:title" not in seen.metas()
     assert all(address in files for address in addresses(seen)) and len(addresses(seen)) >= 2
 
@@ -74,7 +77,7 @@ def test_several_avatars_make_a_gallery_and_have_pages_of_their_own() -> None:
         page = Seen(files[f"{own}/index.html"].decode())
         assert page.text["title"] == [name]
         [avatar] = inline(page)["avatars"]
-        assert avatar["id"] == own
+        assert avatar["id"] == own and inline(page)["gallery"] == "../index.html"
         for address in (*addresses(page), avatar["file"], avatar["preview"]):
             assert address.startswith("../") and address.removeprefix("../") in files
 
@@ -98,10 +101,15 @@ def test_link_previews_are_absolute_and_jpeg() -> None:
         assert len(image.convert("L").getcolors(1 << 16) or []) > 20, "the avatar is drawn"
 
 
+@cache
+def harmless() -> tuple[publish.Files, str]:
+    return publish.site([of("x"), of("y")], URL), publish.single(of("x"))
+
+
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_names_stay_text(name: str) -> None:
     avatar = of("x", name, name)
-    files, plain = publish.site([avatar, of("y")], URL), publish.site([of("x"), of("y")], URL)
+    files, (plain, plain_single) = publish.site([avatar, of("y")], URL), harmless()
     for path in ("index.html", "x/index.html"):
         kinds = [
             [(tag, set(names)) for tag, names in Seen(one[path].decode()).tags if tag != "small"]
@@ -114,17 +122,20 @@ def test_hostile_names_stay_text(name: str) -> None:
     assert all(".." not in PurePosixPath(path).parts and not path.startswith("/") for path in files)
     seen = Seen(publish.single(avatar))
     assert inline(seen)["avatars"][0]["name"] == inline(seen)["avatars"][0]["license"] == name
-    assert [tag for tag, _ in seen.tags] == [tag for tag, _ in Seen(publish.single(of("x"))).tags]
+    assert [tag for tag, _ in seen.tags] == [tag for tag, _ in Seen(plain_single).tags]
 
 
 def test_a_single_page_holds_everything() -> None:
     seen = Seen(publish.single(of("head")))
     files = {name: data for name, data in page_files().items() if name != "index.html"}
-    found = addresses(seen)
-    assert {data(address) for address in found} == set(files.values()), (
-        "the files of the page, and nothing else"
-    )
-    assert {address.partition(";")[0] for address in found} == {"data:text/javascript", "data:text/css"}
+    found = {data(address) for address in addresses(seen)}
+    [poster] = found - set(files.values())
+    assert set(files.values()) < found and poster[8:12] == b"WEBP"
+    assert {address.partition(";")[0].partition("/")[2] for address in addresses(seen)} == {
+        "javascript",
+        "css",
+        "webp",
+    }
     said = inline(seen)
     assert data(said["avatars"][0]["file"]) == packed() and said["events"] is False
     assert "<" not in next(t for t in seen.text["script"] if t.startswith("{"))

@@ -16,14 +16,16 @@ import pytest
 from avatar_export.driving.live_link_udp import parse_packet
 from avatar_export.packing.steps import CLIP_STEPS
 from avatar_runtime.avatar import Avatar, Clip
-from avatar_runtime.driving.arkit import ARKIT_NAMES
+from avatar_runtime.driving.arkit import ARKIT_NAMES, CHANNELS
 from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import frame_of
+from avatar_runtime.driving.idle import idle
 from avatar_runtime.handedness import mirrored, mirrored_matrices
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.pose import PoseArrays, resolve
 from avatar_runtime.posed import Poser
 from tests.avatars import full_avatar
+from tests.conformance.idle_vectors import FILE as IDLE_FILE
 from tests.exporter.live.senders import live_link_packets
 from tests.players.core_cases import POSES, packed, pose_floats, poses
 from tests.players.godot import engine
@@ -39,6 +41,7 @@ LIMIT = (
 )  # of skin matrices: a turn becomes a quaternion and back, then meets those of its parents
 CLIP_STEP = CLIP_STEPS["joint_delta"]
 PACKETS = 40
+IDLE: list[dict[str, Any]] = json.loads(IDLE_FILE.read_text("utf-8"))
 ACTIVE, JOINTS = 4, 5  # expressions and joints of full_avatar
 
 
@@ -84,6 +87,7 @@ def folder(
         "packs": [f"res://{name}.avatar" for name in packs],
         "poses": {f"res://{name}.avatar": rows(expected[name], name == "left") for name in packs},
         "packets": "res://packets.bin",
+        "idle": [{name: case[name] for name in ("seconds", "seed")} for case in IDLE],
     }
     (made / "given.json").write_text(json.dumps(given))
     engine.imported(made).clean()
@@ -199,6 +203,16 @@ def test_live_link_over_udp_gives_the_weights_of_python(
         wanted = posed_floats(avatar, resolve(driver.pose(frame_of(0.0, channels)), avatar))
         np.testing.assert_array_equal(np.float32(found[:ACTIVE]), wanted[:ACTIVE])
         same(found, wanted)
+
+
+def test_idle_life_has_the_numbers_of_every_player(told: dict[str, Any], avatars: dict[str, Avatar]) -> None:
+    said = told["idle"]
+    wanted = [[case["channels"].get(name, 0.0) for name in CHANNELS] for case in IDLE]
+    np.testing.assert_allclose(said["faces"], wanted, rtol=0, atol=1e-7)
+    pose = Driver(avatars["right"]).pose(idle(said["seconds"], 5))
+    wanted_floats = posed_floats(avatars["right"], resolve(pose, avatars["right"]))
+    np.testing.assert_allclose(said["pose"], wanted_floats, rtol=0, atol=1e-6)
+    assert 0 < said["seconds"] < 10
 
 
 def test_unified_expressions_move_arkits(told: dict[str, Any]) -> None:

@@ -71,6 +71,17 @@ namespace AvatarExport.Tests {
             face.Send("OnDisable");
         }
 
+        [Test]
+        public void IdleLifeIsAFaceAtEveryMoment() {
+            IdleLife life = new GameObject("face").AddComponent<IdleLife>();
+            life.Seed = -5;
+            DrivingFrame frame = new DrivingFrame(), want = new DrivingFrame();
+            for (int i = 0; i < 50; i++) Assert.IsTrue(life.Read(frame));
+            Idle.Write(50 * (double)Time.deltaTime, unchecked((uint)-5), want);
+            Assert.AreEqual(want.Weights[0], frame.Weights[0], 1e-6);
+            Assert.AreEqual(want.LeftEye[0], frame.LeftEye[0], 1e-9);
+        }
+
         private static int FreePort() {
             using (var one = new UdpClient(new IPEndPoint(IPAddress.Any, 0))) return ((IPEndPoint)one.Client.LocalEndPoint).Port;
         }

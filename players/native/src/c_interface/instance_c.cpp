@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <initializer_list>
 
+#include "../drive/idle.h"
 #include "../drive/recording.h"
 #include "../formats/sized.h"
 #include "../play/camera.h"
@@ -276,6 +277,13 @@ int32_t avatar_arkit_channel(const char* name) { return name == nullptr ? -1 : c
 int avatar_read_packet(const void* packet, size_t bytes, AvatarFrame* frame) {
     AvatarFrame made = {};
     return read_packet(static_cast<const uint8_t*>(packet), bytes, made) && give(made, frame) == AVATAR_OK;
+}
+
+int avatar_idle(double seconds, uint32_t seed, AvatarFrame* frame) {
+    if (!(std::fabs(seconds) <= 1e15)) return AVATAR_FAILED;
+    AvatarFrame made;
+    write_idle(seconds, seed, made);
+    return give(made, frame);
 }
 
 AvatarRecording* avatar_recording_open(const char* text, size_t bytes, const char* name, const AvatarAllocator* allocator) {

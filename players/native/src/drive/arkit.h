@@ -4,6 +4,7 @@
 namespace avatar {
 
 constexpr int arkit_shapes = 52, arkit_channels = 61;
+constexpr double radians_per_eye_weight = 0.609;  ///< rotation of an eye by one unit of an eyeLook weight
 
 /// ARKit's names [52], in the order of a Live Link Face packet, then yaw, pitch and roll of head, leftEye and rightEye.
 /// Left and right are the subject's, except in the names of the eye channels.

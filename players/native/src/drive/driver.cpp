@@ -10,11 +10,10 @@
 
 namespace avatar {
 
-static constexpr double radians_per_eye_weight = 0.609;  // rotation of an eye by one unit of an eyeLook weight
-static constexpr double most_condition = 1e6;            // of the linear part of a joint's rest transform
-static const double head_signs[] = {1, -1, 1};           // of yaw, pitch, roll about +Y, +X, +Z
+static constexpr double most_condition = 1e6;  // of the linear part of a joint's rest transform
+static const double head_signs[] = {1, -1, 1};  // of yaw, pitch, roll about +Y, +X, +Z
 static const double eye_signs[] = {-1, 1, -1};
-static const double mirror_signs[] = {-1, 1, -1};        // of the same angles in a left-handed frame
+static const double mirror_signs[] = {-1, 1, -1};  // of the same angles in a left-handed frame
 
 void Driver::make(const Avatar& avatar, bool within_range, Arena& arena) {
     avatar_ = &avatar;

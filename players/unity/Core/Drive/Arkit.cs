@@ -22,6 +22,9 @@ namespace AvatarExport.Core {
         /// <summary>All 61 channels: Names, then yaw, pitch and roll of head, leftEye and rightEye.</summary>
         public static readonly string[] Channels = AllChannels();
 
+        /// <summary>Rotation of an eye by one unit of an eyeLook weight, radians.</summary>
+        public const double RadiansPerEyeWeight = 0.609;
+
         private static readonly Dictionary<string, string> Spellings = AllSpellings();
         private static readonly char[] Separators = { '.', ':', '|', '/' };
         private static readonly Regex Prefix = new Regex("^(ak_[0-9]+|arkit|bs)_", RegexOptions.CultureInvariant);

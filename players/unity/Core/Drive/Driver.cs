@@ -3,7 +3,6 @@ using System;
 namespace AvatarExport.Core {
     /// <summary>Makes poses of one avatar from captured frames: ARKit weights, rotations of head and eyes.</summary>
     public sealed class Driver {
-        private const double RadiansPerEyeWeight = 0.609; // rotation of an eye by one unit of an eyeLook weight
 
         private static readonly double[] HeadSigns = { 1, -1, 1 }; // of yaw, pitch, roll about +Y, +X, +Z
         private static readonly double[] EyeSigns = { -1, 1, -1 };
@@ -97,8 +96,8 @@ namespace AvatarExport.Core {
             if (measured[0] != 0 || measured[1] != 0 || measured[2] != 0) {
                 SetEuler(rotation, measured, EyeSigns);
             } else if (!turned) {
-                angles[0] = RadiansPerEyeWeight * ((double)given[look.Right] - given[look.Left]);
-                angles[1] = RadiansPerEyeWeight * ((double)given[look.Down] - given[look.Up]);
+                angles[0] = Arkit.RadiansPerEyeWeight * ((double)given[look.Right] - given[look.Left]);
+                angles[1] = Arkit.RadiansPerEyeWeight * ((double)given[look.Down] - given[look.Up]);
                 angles[2] = 0;
                 SetEuler(rotation, angles, EyeSigns);
             }

@@ -47,6 +47,7 @@ namespace AvatarExport.Tests {
                 recording.Sample(i / 60.0, driving);
                 Assert.IsTrue(LiveLinkPacket.Read(packet, packet.Length, driving));
                 driver.Pose(driving, instance.Pose);
+                Idle.Write(i / 60.0, 3, driving);
                 avatar.Clips[0].Pose(i / 300.0, instance.Pose);
                 instance.Pose.SetJoint(joint, 0.01 * i, 0, 0);
                 instance.Pose.SetExpression("jawOpen", 0.01 * i);

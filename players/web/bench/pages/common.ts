@@ -11,9 +11,11 @@ export interface Setup {
 
 /** A renderer that has loaded its avatar. */
 export interface Drawing {
-  readonly gl: WebGL2RenderingContext;
+  readonly gl?: WebGL2RenderingContext;
+  /** Instead of `gl`: a canvas that pictures are copied to. */
+  readonly canvas?: HTMLCanvasElement;
   /** Draws frame `i`; its promise, if it gives one, resolves when the worker has computed the frame. */
-  draw(i: number): void | Promise<void>;
+  draw(i: number): void | Promise<void> | undefined;
 }
 
 /** The camera's angle about the vertical in frame `i`, radians. */
@@ -28,11 +30,13 @@ export function eyeOf({ target, distance }: Setup, i: number): [number, number, 
 }
 
 /** Share of the canvas that differs from its first pixel. Call it in the task that drew. */
-function coverage(gl: WebGL2RenderingContext): number {
-  const { drawingBufferWidth: width, drawingBufferHeight: height } = gl;
-  const bytes = new Uint8Array(4 * width * height);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+function coverage(canvas: HTMLCanvasElement): number {
+  const { width, height } = canvas;
+  const context = Object.assign(document.createElement("canvas"), { width, height }).getContext("2d") as CanvasRenderingContext2D;
+  context.fillStyle = "#fff"; // where the canvas is clear
+  context.fillRect(0, 0, width, height);
+  context.drawImage(canvas, 0, 0);
+  const bytes = context.getImageData(0, 0, width, height).data;
   let differ = 0;
   for (let at = 0; at < bytes.length; at += 4) {
     if ([0, 1, 2].some((c) => Math.abs((bytes[at + c] as number) - (bytes[c] as number)) > 8)) differ++;
@@ -73,6 +77,7 @@ export function pause(milliseconds = 0): Promise<void> {
  */
 export function offer(make: (setup: Setup) => Promise<Drawing>, warmMs = 800): void {
   const pixel = new Uint8Array(4);
+  const probe = document.createElement("canvas").getContext("2d", { willReadFrequently: true }) as CanvasRenderingContext2D;
   let drawing: Drawing;
   Object.assign(window, {
     async start(setup: Setup) {
@@ -84,17 +89,19 @@ export function offer(make: (setup: Setup) => Promise<Drawing>, warmMs = 800): v
       }
     },
     async step(i: number) {
-      const { gl } = drawing;
+      const { gl, canvas } = drawing;
       await drawing.draw(i);
-      gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-      gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      if (canvas !== undefined) probe.drawImage(canvas, 0, 0, 1, 1);
+      probe.getImageData(0, 0, 1, 1);
+      gl?.bindFramebuffer(gl.FRAMEBUFFER, null);
+      gl?.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
       await pause();
     },
     async covered() {
       await drawing.draw(0);
       await pause(1000); // workers that sort
       await drawing.draw(0);
-      return coverage(drawing.gl);
+      return coverage(drawing.canvas ?? (drawing.gl?.canvas as HTMLCanvasElement));
     },
   });
 }

@@ -16,7 +16,7 @@ offer(async ({ url, size, target, distance, fovY }) => {
   const joints = avatar.skeleton?.names ?? [];
   const neck = joints[Math.min(1, joints.length - 1)];
   return {
-    gl: canvas.getContext("webgl2") as WebGL2RenderingContext,
+    canvas,
     draw(i) {
       const at = still ? 0 : i;
       pose.expressionWeights.forEach((_, k) => (pose.expressionWeights[k] = 0.1 + 0.1 * Math.sin(0.2 * at + k)));

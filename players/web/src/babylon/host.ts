@@ -17,5 +17,5 @@ export async function hostOf(scene: Scene, synchronous: boolean, onUpdate: () =>
   const gl = engine.getRenderingCanvas()?.getContext("webgl2") ?? null;
   if (gl === null) throw new AvatarError("the engine has no canvas with WebGL2", { owner: "Babylon.js" });
   const { GlScene } = await import("../engine/gl_scene.js");
-  return new GlScene(gl, (view, seen) => setView(view, seen, "bottom"), synchronous, onUpdate);
+  return GlScene.create(gl, (view, seen) => setView(view, seen, "bottom"), synchronous, onUpdate);
 }

@@ -4,8 +4,7 @@ import type { Avatar } from "../avatar.js";
 import { Camera } from "../camera.js";
 import { load } from "../load.js";
 import type { Player } from "../player.js";
-import { WebGpuRenderer } from "../webgpu/renderer.js";
-import { WebGpuStages } from "../webgpu/stages.js";
+import type { WebGpuRenderer } from "../webgpu/renderer.js";
 import { judge, type Verdict } from "./judge.js";
 import { parseReference, type Case, type Step, type Tensors } from "./reference.js";
 import { runStage, type StageRunner } from "./stages.js";
@@ -60,9 +59,12 @@ export async function conform(player: Player, files: ReferenceFiles): Promise<Co
 
 /** Stages of an avatar by what draws for `player`. */
 async function runnerOf({ renderer }: Player, avatar: Avatar): Promise<StageRunner> {
-  if (renderer instanceof WebGpuRenderer) return new WebGpuStages(renderer.pipelines, avatar);
-  const { WebGl2Stages } = await import("../webgl2/stages.js");
-  return new WebGl2Stages(avatar);
+  if (renderer.kind === "webgpu") {
+    const { WebGpuStages } = await import("../webgpu/stages.js");
+    return new WebGpuStages((renderer as WebGpuRenderer).pipelines, avatar);
+  }
+  const [{ WebGl2Stages }, { kernelModule }] = await Promise.all([import("../webgl2/stages.js"), import("../webgl2/kernel_module.js")]);
+  return new WebGl2Stages(avatar, await kernelModule());
 }
 
 function cameraOf({ camera: stored }: Case): Camera {

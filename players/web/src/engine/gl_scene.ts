@@ -3,9 +3,10 @@
 import type { Avatar } from "../avatar.js";
 import { Instance } from "../instance.js";
 import { GlDraw } from "../webgl2/draw.js";
+import { kernelModule } from "../webgl2/kernel_module.js";
 import { LocalPort } from "../webgl2/local_port.js";
-import { QuadSource } from "../webgl2/quad_source.js";
-import { startWorker } from "../webgl2/start_worker.js";
+import { QuadSource, type QuadPort } from "../webgl2/quad_source.js";
+import { openPort } from "../webgl2/scene_port.js";
 import { GlDepth } from "./gl_depth.js";
 import { GlState } from "./gl_state.js";
 import type { AvatarHost } from "./host.js";
@@ -32,27 +33,43 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
   /**
    * `look` writes what a camera sees, and what is bound, into a view. `synchronous`: each picture waits for the kernels.
    * Otherwise a worker computes them, and a picture shows the newest finished result; `onUpdate` is called when there is
-   * a newer one. Throws AvatarError where the context cannot draw into floats.
+   * a newer one. Throws AvatarError where the context cannot draw into floats, and as `openPort` does.
    */
-  constructor(
-    private readonly gl: WebGL2RenderingContext,
-    private readonly look: (view: EngineView, seen: Seen) => void,
+  static async create<Seen>(
+    gl: WebGL2RenderingContext,
+    look: (view: EngineView, seen: Seen) => void,
     synchronous: boolean,
     onUpdate: () => void,
+  ): Promise<GlScene<Seen>> {
+    const port: QuadPort = synchronous ? new LocalPort(await kernelModule()) : await openPort();
+    try {
+      return new GlScene(gl, look, port, synchronous ? () => undefined : onUpdate, onUpdate);
+    } catch (error) {
+      port.terminate();
+      throw error;
+    }
+  }
+
+  private constructor(
+    private readonly gl: WebGL2RenderingContext,
+    private readonly look: (view: EngineView, seen: Seen) => void,
+    port: QuadPort,
+    onQuads: () => void,
+    onRestored: () => void,
   ) {
     this.state = new GlState(gl, BLOCKS);
     this.depth = new GlDepth(gl);
     this.drawing = this.made();
-    this.source = new QuadSource(synchronous ? new LocalPort() : startWorker());
+    this.source = new QuadSource(port);
     this.lost = this.source.lost;
     this.source.most = this.drawing.most;
     this.source.onQuads = () => {
       this.upload();
-      if (!synchronous) onUpdate();
+      onQuads();
     };
     this.onRestored = () => {
       this.restore();
-      onUpdate();
+      onRestored();
     };
     gl.canvas.addEventListener("webglcontextlost", this.onLost);
     gl.canvas.addEventListener("webglcontextrestored", this.onRestored);
@@ -110,7 +127,7 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
   private made(): GlDraw {
     this.state.save();
     try {
-      return new GlDraw(this.gl);
+      return new GlDraw(this.gl, null);
     } finally {
       this.state.restore();
     }

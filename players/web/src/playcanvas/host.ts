@@ -16,5 +16,5 @@ export async function hostOf(app: AppBase, layer: number, synchronous: boolean, 
   const gl = device.isWebGL2 ? (device.canvas.getContext("webgl2") as WebGL2RenderingContext | null) : null;
   if (gl === null) throw new AvatarError("avatars need a graphics device with WebGL2 or WebGPU", { owner: "PlayCanvas" });
   const { GlScene } = await import("../engine/gl_scene.js");
-  return new GlScene(gl, (view, camera) => setView(view, camera, device), synchronous, onUpdate);
+  return GlScene.create(gl, (view, camera) => setView(view, camera, device), synchronous, onUpdate);
 }

@@ -18,6 +18,9 @@ export const CHANNELS: readonly string[] = [
   ...["head", "leftEye", "rightEye"].flatMap((part) => ["Yaw", "Pitch", "Roll"].map((angle) => part + angle)),
 ];
 
+/** Rotation of an eye by one unit of an eyeLook weight. */
+export const RADIANS_PER_EYE_WEIGHT = 0.609;
+
 /** A captured frame of a face. */
 export interface DrivingFrame {
   /** Weights, [52], in the order of ARKIT_NAMES. They may lie below 0 or above 1. */

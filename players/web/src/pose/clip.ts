@@ -59,6 +59,6 @@ function linear(out: Float32Array, rows: Float32Array, first: number, second: nu
 
 function matrices(out: Float64Array, rows: Float32Array, first: number, second: number): void {
   for (let at = 0, a = first * out.length, b = second * out.length; at < out.length; at += 16) {
-    interpolate(out, at, rows, a + at, b + at, PARTS);
+    interpolate(out, at, rows, a + at, rows, b + at, PARTS);
   }
 }

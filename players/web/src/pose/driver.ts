@@ -1,12 +1,11 @@
 import type { Avatar, Driving, Skeleton } from "../avatar.js";
 import { AvatarError } from "../errors.js";
 import { invertLinear, multiplyLinear, setFromQuat, setRotation } from "./affine.js";
-import { ARKIT_NAMES, type DrivingFrame } from "./arkit.js";
+import { ARKIT_NAMES, type DrivingFrame, RADIANS_PER_EYE_WEIGHT } from "./arkit.js";
 import { restOf } from "./chain.js";
 import { eigen } from "./eigen.js";
 import type { Pose } from "./pose.js";
 
-const RADIANS_PER_EYE_WEIGHT = 0.609; // rotation of an eye by one unit of an eyeLook weight
 const MOST_CONDITION = 1e6; // of the linear part of a joint's rest transform
 const HEAD_SIGNS = [1, -1, 1] as const; // of yaw, pitch, roll about +Y, +X, +Z
 const EYE_SIGNS = [-1, 1, -1] as const;

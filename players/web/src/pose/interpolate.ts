@@ -8,22 +8,24 @@ const TURN = new Float64Array(12);
 const QUATS = new Float64Array(8);
 
 /**
- * Writes an affine matrix [4, 4] at out[o]: `parts` [2] of the one at m[a] and of the one at m[b].
+ * Writes an affine matrix [4, 4] at out[o]: `parts` [2] of the one at m[a] and of the one at n[b].
  * Equal matrices, and a second part of 0, give the first one's numbers.
  */
-export function interpolate(out: Float64Array, o: number, m: Floats, a: number, b: number, parts: Float64Array): void {
+export function interpolate(
+  out: Float64Array, o: number, m: Floats, a: number, n: Floats, b: number, parts: Float64Array,
+): void {
   let same = parts[1] === 0;
   if (!same) {
     same = true;
-    for (let k = 0; k < 12 && same; k++) same = m[a + k] === m[b + k];
+    for (let k = 0; k < 12 && same; k++) same = m[a + k] === n[b + k];
   }
   for (let k = 0; k < 16; k++) out[o + k] = m[a + k] as number;
-  if (!same) mix(out, o, m, a, b, parts);
+  if (!same) mix(out, o, m, a, n, b, parts);
 }
 
-function mix(out: Float64Array, o: number, m: Floats, a: number, b: number, parts: Float64Array): void {
+function mix(out: Float64Array, o: number, m: Floats, a: number, n: Floats, b: number, parts: Float64Array): void {
   split(FIRST, REST_FIRST, m, a);
-  split(SECOND, REST_SECOND, m, b);
+  split(SECOND, REST_SECOND, n, b);
   turn(parts);
   const u = REST_FIRST, v = REST_SECOND, r = TURN, keep = parts[0] as number, part = parts[1] as number;
   const xx = keep * (u[0] as number) + part * (v[0] as number);
@@ -37,7 +39,7 @@ function mix(out: Float64Array, o: number, m: Floats, a: number, b: number, part
     out[o + row] = x * xx;
     out[o + row + 1] = x * xy + y * yy;
     out[o + row + 2] = x * xz + y * yz + z * zz;
-    out[o + row + 3] = keep * (m[a + row + 3] as number) + part * (m[b + row + 3] as number);
+    out[o + row + 3] = keep * (m[a + row + 3] as number) + part * (n[b + row + 3] as number);
   }
 }
 

@@ -30,7 +30,7 @@ export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchrono
     throw new AvatarError("AvatarScene takes a WebGLRenderer or a WebGPURenderer", { owner: "three.js" });
   }
   const { GlScene } = await import("../engine/gl_scene.js");
-  return new GlScene(gl, look, synchronous, onUpdate);
+  return GlScene.create(gl, look, synchronous, onUpdate);
 }
 
 /** What a camera sees in the middle of a pass of WebGLRenderer. */

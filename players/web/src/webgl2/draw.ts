@@ -34,10 +34,23 @@ class GlBlock extends Block {
   }
 }
 
-/** Programs, the quads and the image. It leaves the state of the context changed. */
+/** What is compiled once a context. */
+export class GlPrograms {
+  readonly splats: WebGLProgram;
+  readonly compositor: WebGLProgram;
+
+  constructor(private readonly gl: WebGL2RenderingContext) {
+    this.splats = linked(gl, "raster_vertex_batch", "raster_pixel", "raster_vertex", 0);
+    this.compositor = linked(gl, "composite_vertex", "composite_pixel", "composite_pixel", 1);
+  }
+
+  dispose(): void {
+    for (const program of [this.splats, this.compositor]) this.gl.deleteProgram(program);
+  }
+}
+
+/** The quads and the image. It leaves the state of the context changed. */
 export class GlDraw {
-  private readonly splats: WebGLProgram;
-  private readonly compositor: WebGLProgram;
   private readonly quads: QuadTexture;
   private readonly empty: WebGLVertexArrayObject;
   private readonly raster: GlBlock;
@@ -48,16 +61,20 @@ export class GlDraw {
   private width = 0;
   private height = 0;
 
-  /** Throws AvatarError where the context cannot draw into floats. */
-  constructor(private readonly gl: WebGL2RenderingContext) {
+  private readonly programs: GlPrograms;
+
+  /** `shared`: programs of the context; null: it makes its own. Throws AvatarError where the context cannot draw into floats. */
+  constructor(
+    private readonly gl: WebGL2RenderingContext,
+    private readonly shared: GlPrograms | null,
+  ) {
     const full = gl.getExtension("EXT_color_buffer_float") !== null;
     const half = full || gl.getExtension("EXT_color_buffer_half_float") !== null;
     if (!half) throw new AvatarError("this browser cannot draw into an image of floats", { field: "WebGL2" });
     this.format = full && gl.getExtension("EXT_float_blend") !== null ? gl.RGBA32F : gl.RGBA16F;
     this.raster = new GlBlock(gl, "raster_vertex", 0, { image_size: [1, 1], flip_y: FLIP_Y });
     this.composite = new GlBlock(gl, "composite_pixel", 1, { background: [0, 0, 0, 0], linear_target: 0, flip_rows: 1 });
-    this.splats = linked(gl, "raster_vertex_batch", "raster_pixel", "raster_vertex", 0);
-    this.compositor = linked(gl, "composite_vertex", "composite_pixel", "composite_pixel", 1);
+    this.programs = shared ?? new GlPrograms(gl);
     this.quads = new QuadTexture(gl);
     this.empty = gl.createVertexArray() as WebGLVertexArrayObject;
   }
@@ -99,7 +116,7 @@ export class GlDraw {
   /** Draws `count` quads into what is bound, blended back to front; depth test and viewport are the caller's. */
   drawQuads(count: number, width: number, height: number, flipY: number): void {
     const { gl } = this;
-    gl.useProgram(this.splats);
+    gl.useProgram(this.programs.splats);
     this.raster.set("image_size", 0, width);
     this.raster.set("image_size", 1, height);
     this.raster.set("flip_y", 0, flipY);
@@ -130,7 +147,7 @@ export class GlDraw {
     this.composite.set("background", 3, background === null ? 0 : 1);
     this.composite.set("linear_target", 0, linearTarget ? 1 : 0);
     this.composite.set("flip_rows", 0, flipRows ? 1 : 0);
-    gl.useProgram(this.compositor);
+    gl.useProgram(this.programs.compositor);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
     this.composite.bind();
@@ -153,7 +170,7 @@ export class GlDraw {
   dispose(): void {
     const { gl } = this;
     for (const block of [this.raster, this.composite]) block.dispose();
-    for (const program of [this.splats, this.compositor]) gl.deleteProgram(program);
+    if (this.shared === null) this.programs.dispose();
     gl.deleteVertexArray(this.empty);
     this.quads.dispose();
     gl.deleteTexture(this.texture);

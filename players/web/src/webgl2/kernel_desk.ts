@@ -1,16 +1,20 @@
 // Answers messages with WebAssembly kernels: in a worker, or where the caller waits for the result.
 
 import { KernelScene } from "./kernel_scene.js";
-import type { FromWorker, QuadsMessage, ToWorker } from "./messages.js";
+import type { SceneAnswer, QuadsMessage, SceneMessage } from "./messages.js";
 import { endQuads, floatsOfQuads } from "./quads.js";
 
 /** Holds the kernels' scene. Its answer is one object that changes with the next call. */
 export class KernelDesk {
-  private scene: KernelScene | null = null;
+  private readonly scene: KernelScene;
   private readonly result: QuadsMessage = { kind: "quads", inputs: new Float32Array(0), quads: new Float32Array(0), count: 0 };
 
+  constructor(kernels: WebAssembly.Module) {
+    this.scene = new KernelScene(new WebAssembly.Instance(kernels));
+  }
+
   /** The answer to a message; null where none is due. */
-  answer(message: ToWorker): FromWorker | null {
+  answer(message: SceneMessage): SceneAnswer | null {
     try {
       return this.obey(message);
     } catch (error) {
@@ -18,17 +22,12 @@ export class KernelDesk {
     }
   }
 
-  private obey(message: ToWorker): QuadsMessage | null {
+  private obey(message: SceneMessage): QuadsMessage | null {
     const { scene } = this;
-    if (message.kind === "start") {
-      // A module of this size compiles in milliseconds; messages that follow find it ready.
-      this.scene = new KernelScene(new WebAssembly.Instance(new WebAssembly.Module(message.kernels)));
-    } else if (scene !== null) {
-      if (message.kind === "add") scene.add(message.id, message.program);
-      else if (message.kind === "remove") scene.remove(message.id);
-      else if (message.kind === "choose") scene.choose(message.ids);
-      else return this.frame(scene, message.inputs, message.quads);
-    }
+    if (message.kind === "add") scene.add(message.id, message.program);
+    else if (message.kind === "remove") scene.remove(message.id);
+    else if (message.kind === "choose") scene.choose(message.ids);
+    else return this.frame(scene, message.inputs, message.quads);
     return null;
   }
 

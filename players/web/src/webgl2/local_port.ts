@@ -1,17 +1,21 @@
 // Kernels on the thread of the caller, behind the face of a worker.
 
 import { KernelDesk } from "./kernel_desk.js";
-import type { FromWorker, ToWorker } from "./messages.js";
+import type { SceneAnswer, SceneMessage } from "./messages.js";
 import type { QuadPort } from "./quad_source.js";
 
 /** Computes each frame before `postMessage` returns. */
 export class LocalPort implements QuadPort {
   onmessage: QuadPort["onmessage"] = null;
   onerror: QuadPort["onerror"] = null;
-  private readonly desk = new KernelDesk();
-  private readonly event: { data: FromWorker | null } = { data: null };
+  private readonly desk: KernelDesk;
+  private readonly event: { data: SceneAnswer | null } = { data: null };
 
-  postMessage(message: ToWorker): void {
+  constructor(kernels: WebAssembly.Module) {
+    this.desk = new KernelDesk(kernels);
+  }
+
+  postMessage(message: SceneMessage): void {
     this.event.data = this.desk.answer(message);
     if (this.event.data !== null) (this.onmessage as (event: unknown) => void)(this.event);
   }

@@ -1,10 +1,25 @@
 // What the renderer and its worker say to each other.
 
+import type { Interface } from "../made/reflection.js";
 import type { KernelProgram } from "./kernel_scene.js";
 
-/** To the worker. `inputs` and `quads` are lent and come back with the result. */
-export type ToWorker =
-  | { readonly kind: "start"; readonly kernels: ArrayBuffer }
+/** To the worker, which serves all scenes of a page: whose message it is. */
+export type ToWorker = StartMessage | ((SceneMessage | { readonly kind: "end" }) & Addressed);
+
+/** The number of a scene. */
+export interface Addressed {
+  scene?: number;
+}
+
+/** The first message to a worker, which answers that it is ready. */
+export interface StartMessage {
+  readonly kind: "start";
+  readonly kernels: WebAssembly.Module;
+  readonly interfaces: Readonly<Record<string, Interface>>;
+}
+
+/** What a scene does. `inputs` and `quads` are lent and come back with the result. */
+export type SceneMessage =
   | { readonly kind: "add"; readonly id: number; readonly program: KernelProgram }
   | { readonly kind: "remove"; readonly id: number }
   | { readonly kind: "choose"; readonly ids: readonly number[] }
@@ -26,4 +41,7 @@ export interface QuadsMessage {
 }
 
 /** From the worker. */
-export type FromWorker = QuadsMessage | { readonly kind: "failed"; readonly message: string };
+export type FromWorker = { readonly kind: "ready" } | (SceneAnswer & Addressed);
+
+/** What a scene answers. */
+export type SceneAnswer = QuadsMessage | { readonly kind: "failed"; readonly message: string };

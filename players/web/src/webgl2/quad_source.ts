@@ -3,14 +3,16 @@
 import type { Camera } from "../camera.js";
 import { AvatarError } from "../errors.js";
 import type { Instance, InstanceHost } from "../instance.js";
-import { kernelBytes } from "./kernel_bytes.js";
 import { kernelProgram } from "./kernel_scene.js";
-import type { FrameMessage, FromWorker, ToWorker } from "./messages.js";
+import type { FrameMessage, SceneAnswer, SceneMessage } from "./messages.js";
 
-/** What a worker and a `LocalPort` have in common. */
-export type QuadPort = Pick<Worker, "onmessage" | "onerror" | "terminate"> & {
-  postMessage(message: ToWorker, transfer?: Transferable[]): void;
-};
+/** What takes the messages of a scene: in a worker, or on this thread. */
+export interface QuadPort {
+  onmessage: ((event: MessageEvent<SceneAnswer>) => void) | null;
+  onerror: ((event: ErrorEvent) => void) | null;
+  postMessage(message: SceneMessage, transfer?: Transferable[]): void;
+  terminate(): void;
+}
 
 /** Somebody who waits for a frame, by its number. */
 interface Waiter {
@@ -52,9 +54,8 @@ export class QuadSource implements InstanceHost {
 
   constructor(private readonly port: QuadPort) {
     this.lost = new Promise((resolve) => (this.lose = resolve));
-    port.onmessage = (event: MessageEvent<FromWorker>) => this.receive(event.data);
+    port.onmessage = (event: MessageEvent<SceneAnswer>) => this.receive(event.data);
     port.onerror = (event) => this.lose(`the worker stopped: ${event.message}`);
-    port.postMessage({ kind: "start", kernels: kernelBytes() });
   }
 
   add(instance: Instance): void {
@@ -191,7 +192,7 @@ export class QuadSource implements InstanceHost {
     this.port.postMessage(message, lent);
   }
 
-  private receive(data: FromWorker): void {
+  private receive(data: SceneAnswer): void {
     this.busy = false;
     if (data.kind === "failed") {
       this.lose(data.message);

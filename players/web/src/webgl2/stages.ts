@@ -5,10 +5,10 @@ import type { Camera } from "../camera.js";
 import type { StageRunner } from "../conform/stages.js";
 import { Instance } from "../instance.js";
 import type { Level } from "../pack/model.js";
-import { GlDraw } from "./draw.js";
-import { kernelBytes } from "./kernel_bytes.js";
+import type { Lease } from "../shared.js";
+import { GlDraw, type GlPrograms } from "./draw.js";
 import { KernelScene, kernelProgram, type KernelAvatar } from "./kernel_scene.js";
-import { hiddenCanvas, requestContext } from "./context.js";
+import { pageContext } from "./context.js";
 import { floatsOfQuads } from "./quads.js";
 
 const NO_HOST = { changed: () => undefined, remove: () => undefined };
@@ -21,12 +21,16 @@ export class WebGl2Stages implements StageRunner {
   private readonly instance: Instance;
   private readonly scene: KernelScene;
   private readonly kernels: KernelAvatar;
+  private programs: Lease<GlPrograms> | null = null;
   private draw: GlDraw | null = null;
 
-  constructor(readonly avatar: Avatar) {
+  constructor(
+    readonly avatar: Avatar,
+    kernels: WebAssembly.Module,
+  ) {
     this.instance = new Instance(avatar, NO_HOST, 0);
     this.level = this.instance.program;
-    this.scene = new KernelScene(new WebAssembly.Instance(new WebAssembly.Module(kernelBytes())));
+    this.scene = new KernelScene(new WebAssembly.Instance(kernels));
     this.kernels = this.scene.add(ID, kernelProgram(avatar, this.level, true));
     this.scene.choose([ID]);
   }
@@ -61,7 +65,7 @@ export class WebGl2Stages implements StageRunner {
     const words = this.scene.heap.u32;
     order.forEach((id, i) => (words[this.scene.pairsWord + 2 * i + 1] = id));
     const drawn = this.scene.gather(order.length);
-    this.draw ??= new GlDraw(requestContext(hiddenCanvas()));
+    this.draw ??= this.drawing();
     const quads = new Float32Array(floatsOfQuads(drawn));
     quads.set(this.scene.quadFloats.subarray(0, FLOATS * drawn));
     this.draw.upload(quads, drawn);
@@ -71,6 +75,13 @@ export class WebGl2Stages implements StageRunner {
 
   dispose(): void {
     this.draw?.dispose();
+    this.programs?.release();
+  }
+
+  private drawing(): GlDraw {
+    const { gl, programs } = pageContext();
+    this.programs = programs.take();
+    return new GlDraw(gl, this.programs.value);
   }
 
   private order(drawn: number): Uint32Array {

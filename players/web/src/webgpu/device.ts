@@ -1,12 +1,23 @@
 // Asking the browser for a GPU.
 
 import { AvatarError } from "../errors.js";
+import { Shared } from "../shared.js";
 
 const WANTED_LIMITS = ["maxBufferSize", "maxStorageBufferBindingSize", "maxTextureDimension2D"] as const;
 export const FLOAT_BLEND = "float32-blendable";
 
+/** The device of all players of a page; null where this browser has no WebGPU. */
+export const DEVICE: Shared<Promise<GPUDevice | null>> = new Shared(
+  () => {
+    const asked = requestDevice();
+    void asked.then((device) => device?.lost.then(() => DEVICE.forget(asked)));
+    return asked;
+  },
+  (asked) => void asked.then((device) => device?.destroy()),
+);
+
 /** A device with the adapter's own limits for buffers; null where this browser has no WebGPU. */
-export async function requestDevice(): Promise<GPUDevice | null> {
+async function requestDevice(): Promise<GPUDevice | null> {
   const gpu = typeof navigator === "undefined" ? undefined : navigator.gpu;
   const adapter = await gpu?.requestAdapter({ powerPreference: "high-performance" }).catch(() => null);
   if (!adapter) return null;

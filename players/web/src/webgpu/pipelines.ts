@@ -13,6 +13,15 @@ export interface Kernel {
   readonly layout: GPUBindGroupLayout;
 }
 
+const OF_DEVICES = new WeakMap<GPUDevice, Pipelines>();
+
+/** The pipelines of a device. */
+export function pipelinesOf(device: GPUDevice): Pipelines {
+  let pipelines = OF_DEVICES.get(device);
+  if (pipelines === undefined) OF_DEVICES.set(device, (pipelines = new Pipelines(device)));
+  return pipelines;
+}
+
 /** Kernels and shader modules of one device. */
 export class Pipelines {
   private readonly kernels = new Map<string, Kernel>();

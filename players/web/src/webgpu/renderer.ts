@@ -5,17 +5,15 @@ import type { Instance } from "../instance.js";
 import type { Background, Renderer } from "../renderer.js";
 import { Accumulator, type Target } from "./draw.js";
 import { FLOAT_BLEND } from "./device.js";
-import { Pipelines } from "./pipelines.js";
+import { pipelinesOf, type Pipelines } from "./pipelines.js";
 import { readImage } from "./read.js";
 import { Resident, StaticBuffers } from "./resident.js";
 import { Sorted } from "./sorted.js";
 
-/** Draws instances with a device of its own or of an engine. */
+/** Draws instances with the device of the page or of an engine. */
 export class WebGpuRenderer implements Renderer {
   readonly kind = "webgpu";
   readonly lost: Promise<string>;
-  /** @internal */
-  readonly pipelines: Pipelines;
   private readonly accumulator: Accumulator;
   private readonly residents = new Map<Instance, Resident>();
   private readonly shared = new Map<unknown, StaticBuffers>(); // by avatar
@@ -24,13 +22,17 @@ export class WebGpuRenderer implements Renderer {
   private readonly onCanvas: Target;
   private readonly commands: GPUCommandBuffer[] = [];
 
-  /** `context` is null where an engine gives the targets, or nothing is shown. The device of a context is freed with it. */
+  /** @internal */
+  readonly pipelines: Pipelines;
+
+  /** `context` is null where an engine gives the targets, or nothing is shown. `release` is called when it is disposed of. */
   constructor(
-    readonly device: GPUDevice,
+    private readonly device: GPUDevice,
     private readonly context: GPUCanvasContext | null,
+    private readonly release: () => void = () => undefined,
   ) {
+    this.pipelines = pipelinesOf(device);
     this.lost = device.lost.then((info) => info.message || "the GPU device was lost");
-    this.pipelines = new Pipelines(device);
     this.accumulator = new Accumulator(this.pipelines, device.features.has(FLOAT_BLEND) ? "rgba32float" : "rgba16float");
     const format = context === null ? "bgra8unorm" : navigator.gpu.getPreferredCanvasFormat();
     context?.configure({ device, format, alphaMode: "premultiplied" });
@@ -53,7 +55,7 @@ export class WebGpuRenderer implements Renderer {
       this.forget();
       this.rebuild();
     } catch (error) {
-      this.release(instance, shared);
+      this.free(instance, shared);
       throw error;
     }
   }
@@ -72,7 +74,7 @@ export class WebGpuRenderer implements Renderer {
   remove(instance: Instance): void {
     const shared = this.shared.get(instance.avatar);
     if (shared === undefined || !this.residents.has(instance)) return;
-    this.release(instance, shared);
+    this.free(instance, shared);
   }
 
   frame(camera: Camera, background: Background): void {
@@ -124,10 +126,10 @@ export class WebGpuRenderer implements Renderer {
     this.forget();
     this.accumulator.dispose();
     this.context?.unconfigure();
-    if (this.context !== null) this.device.destroy();
+    this.release();
   }
 
-  private release(instance: Instance, shared: StaticBuffers): void {
+  private free(instance: Instance, shared: StaticBuffers): void {
     this.residents.get(instance)?.dispose();
     this.residents.delete(instance);
     if (--shared.users === 0) {

@@ -8,7 +8,7 @@ const PROGRAMS = ["4.1", "4.0"].map((version) => `${FOLDER}/webkit2gtk-${version
 const NARROWEST = 450; // points of a window with the buttons of MiniBrowser
 const START_MS = 60_000, STEP_MS = 50;
 const ELEMENT = "element-6066-11e4-a52e-4f735466cecf"; // the key of an element in WebDriver's JSON
-const KEYS = { Backspace: "\ue003", Escape: "\ue00c", PageUp: "\ue00e", End: "\ue010", ArrowLeft: "\ue012" };
+const KEYS = { Backspace: "\ue003", Escape: "\ue00c", PageUp: "\ue00e", End: "\ue010", Home: "\ue011", ArrowLeft: "\ue012" };
 const SHIFT = "\ue008";
 const BUTTONS = { left: 0, middle: 1, right: 2 };
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));

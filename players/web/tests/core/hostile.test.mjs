@@ -94,7 +94,7 @@ test("downloads that fail say how", async () => {
     [cut, /^a.avatar: was cut off after 5000 of \d+ bytes/],
     [(_, response) => response.writeHead(200, { "content-length": 2 ** 31 }).flushHeaders(), /has 2147483648 bytes; 1073741824 are the most/],
     [(_, response) => response.writeHead(200, { "content-encoding": "gzip" }).end(whole), /was inflated on its way/],
-    [(_, response) => response.end("<html>"), /is not a pack/],
+    [(_, response) => response.end("<html>"), /answers an HTML page, not this file/],
   ]) assert.match((await served(answer, (url) => refusal(url, { name: undefined }))).message, message);
   assert.match((await refusal("http://127.0.0.1:1/a.avatar", { name: undefined })).message, /cannot be loaded: .*is the address right/);
 });

@@ -6,39 +6,14 @@ import { Player } from "../../src/player.ts";
 import { drivingFrame } from "../../src/pose/arkit.ts";
 import { Clip } from "../../src/pose/clip.ts";
 import { Driver } from "../../src/pose/driver.ts";
+import { alive, countGpu } from "./counted.js";
 
-/** GPU objects that were made and not freed, by the name of the call that makes them. */
-const alive = {};
 const camera = new Camera();
 const frame = drivingFrame();
 let player, instance, driver, clip;
 
-/** Counts what `make` makes until `free` is called for it. */
-function count(makers, make, freers, free) {
-  const [made, freed] = [makers[make], freers[free]];
-  const seen = new WeakSet();
-  alive[make] = 0;
-  makers[make] = function (...args) {
-    const one = made.apply(this, args);
-    seen.add(one);
-    alive[make]++;
-    return one;
-  };
-  freers[free] = function (...args) {
-    if (seen.delete(args[0] ?? this)) alive[make]--; // gl.deleteBuffer(buffer), buffer.destroy()
-    return freed.apply(this, args);
-  };
-}
-
 async function start(backend, file) {
-  if (backend === "webgl2") {
-    const gl = WebGL2RenderingContext.prototype;
-    for (const kind of ["Buffer", "Texture", "Framebuffer", "VertexArray", "Program"]) count(gl, `create${kind}`, gl, `delete${kind}`);
-  } else {
-    const device = GPUDevice.prototype;
-    count(device, "createBuffer", GPUBuffer.prototype, "destroy");
-    count(device, "createTexture", GPUTexture.prototype, "destroy");
-  }
+  countGpu(backend);
   player = await Player.create(null, { backend });
   const avatar = await load(file);
   instance = player.add(avatar);

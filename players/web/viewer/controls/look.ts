@@ -1,7 +1,7 @@
 // The section "View" of the panel: background and level of detail; and "About": facts, licence and consent.
 import type { Avatar, Background } from "../../src/index.js";
 import { bytesText, make } from "../parts/dom.js";
-import type { Stage } from "../stage/stage.js";
+import type { Stage } from "../../src/stage/stage.js";
 
 const NAMED: readonly (readonly [string, Background])[] = [
   ["Dark", [0.09, 0.09, 0.1]],
@@ -11,6 +11,7 @@ const NAMED: readonly (readonly [string, Background])[] = [
   ["Transparent", null],
 ];
 const OF_THE_AVATAR = "As trained";
+const SOFT = "Soft"; // a glow behind the avatar, of the colour that it was trained over
 const OTHER = "Colour …";
 
 /** Choice of background and level. */
@@ -20,6 +21,7 @@ export class Look {
   private readonly colour = make("input", { type: "color", value: "#336699", "aria-label": "Background colour", hidden: true });
   private readonly level = make("select", { id: "level" });
   private trained: Background = null;
+  private wanted = OF_THE_AVATAR; // before a person chose
   private readonly levelRow: HTMLElement;
 
   constructor(private readonly stage: Stage) {
@@ -43,9 +45,9 @@ export class Look {
 
   /** Offers what this avatar has. */
   setAvatar(avatar: Avatar): void {
-    const chosen = this.background.value;
+    const chosen = this.background.value || this.wanted;
     this.trained = avatar.background;
-    const names = [...(this.trained === null ? [] : [OF_THE_AVATAR]), ...NAMED.map(([name]) => name), OTHER];
+    const names = [...(this.trained === null ? [] : [OF_THE_AVATAR]), SOFT, ...NAMED.map(([name]) => name), OTHER];
     this.background.replaceChildren(...names.map((name) => make("option", {}, name)));
     this.background.value = names.includes(chosen) ? chosen : (names[0] ?? OTHER);
     this.apply();
@@ -56,6 +58,11 @@ export class Look {
     this.level.replaceChildren(make("option", { value: "" }, "Automatic"), ...options);
     this.levelRow.hidden = avatar.levels.length < 2;
     this.stage.level = null;
+  }
+
+  /** Begins with the soft background. */
+  soft(): void {
+    this.wanted = SOFT;
   }
 
   /** The next background of the list. */
@@ -72,9 +79,12 @@ export class Look {
     if (name === OF_THE_AVATAR) colour = this.trained;
     if (other) colour = [1, 3, 5].map((at) => Number.parseInt(this.colour.value.slice(at, at + 2), 16) / 255) as unknown as Background;
     this.stage.background = colour;
-    const css = colour === null ? "" : `rgb(${colour.map((part) => Math.round(part * 255)).join(" ")})`;
-    document.documentElement.style.setProperty("--stage", css === "" ? "transparent" : css);
-    document.documentElement.classList.toggle("checker", colour === null);
+    const { classList, style } = document.documentElement;
+    const ground = name === SOFT ? this.trained : colour;
+    if (ground === null) style.removeProperty("--stage");
+    else style.setProperty("--stage", `rgb(${ground.map((part) => Math.round(part * 255)).join(" ")})`);
+    classList.toggle("soft", name === SOFT);
+    classList.toggle("checker", name !== SOFT && colour === null);
   }
 }
 

@@ -121,13 +121,12 @@ class Section {
   private openBefore: boolean;
 
   constructor(section: ChannelSection, open: boolean, written: () => void) {
-    const reset = make("button", { class: "text", "aria-label": `Reset ${section.title}` }, "Reset");
-    reset.addEventListener("click", (event) => {
-      event.preventDefault(); // it stands in the summary, which would open or close
+    const reset = make("button", { class: "text reset", "aria-label": `Reset ${section.title}` }, "Reset");
+    reset.addEventListener("click", () => {
       section.reset();
       written();
     });
-    this.element = make("details", { class: "section sliders" }, make("summary", {}, make("span", {}, section.title), reset));
+    this.element = make("details", { class: "section sliders" }, make("summary", {}, make("span", {}, section.title)), reset);
     const alone = section.groups.length === 1;
     this.groups = section.groups.map((group, i) => new Group(group, i === 0, written));
     if (alone) this.element.classList.add("alone");

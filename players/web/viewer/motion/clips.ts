@@ -18,15 +18,20 @@ export class Clips {
   playing = false;
   seconds = 0;
   loop = true;
+  /** Whether a clip stops at its end, whatever `loop` says. */
+  once: () => boolean = () => false;
   /** Called where a frame is needed. */
   changed: () => void = () => undefined;
   /** Called when playing starts, so that live input is no longer followed. */
   started: () => void = () => undefined;
+  /** Called when a clip has come to its end. */
+  ended: () => void = () => undefined;
 
   private motions: Motion[] = [];
   private current: Motion | null = null;
   private pose: Pose | null = null;
   private applied = true; // false: the pose at `seconds` is not written yet
+  private over = false; // the clip has come to its end in this frame
   private lastMs = 0;
   private shownMs = 0;
   private readonly bar = byId("transport");
@@ -143,6 +148,8 @@ export class Clips {
     }
     if (!this.applied) motion.pose(this.seconds, this.pose);
     this.applied = true;
+    if (this.over) this.ended();
+    this.over = false;
     if (nowMs - this.shownMs > SHOWN_EVERY_MS) {
       this.shownMs = nowMs;
       this.showTime();
@@ -154,12 +161,13 @@ export class Clips {
     // A tab that was hidden goes on where it stopped.
     this.seconds += Math.min(past, 0.25) * Number(this.speed.value);
     if (this.seconds < motion.seconds) return;
-    if (this.loop && motion.seconds > 0) {
+    if (this.loop && !this.once() && motion.seconds > 0) {
       this.seconds %= motion.seconds;
     } else {
       this.seconds = motion.seconds;
       this.pause();
       this.shownMs = 0;
+      this.over = true;
     }
   }
 

@@ -8,7 +8,7 @@ const MOST_RECORDING_BYTES = 256 * 2 ** 20;
 /** What is done with files. */
 export interface FileEvents {
   avatar(file: File): void;
-  /** The text of a CSV file. */
+  /** The text of a CSV or JSON file. */
   recording(name: string, text: string): void;
   failed(error: unknown): void;
 }
@@ -57,7 +57,7 @@ async function take(files: readonly File[], events: FileEvents): Promise<void> {
       if (file.size > MOST_RECORDING_BYTES) throw new AvatarError("is too large for a recording", { owner: file.name });
       const text = await file.text();
       if (text.includes("\0")) {
-        throw new AvatarError("is neither an avatar (.avatar) nor a Live Link Face recording (.csv)", { owner: file.name });
+        throw new AvatarError("is neither an avatar (.avatar) nor a recording (.csv, .json)", { owner: file.name });
       }
       events.recording(file.name, text);
     } catch (error) {

@@ -10,6 +10,7 @@ export class Loading {
   private readonly text = byId("progress-text");
   private readonly poster = byId<HTMLImageElement>("poster");
   private ownPoster = ""; // a blob address to free
+  private given = !this.poster.classList.contains("away"); // a published page has its poster from the start
 
   constructor() {
     byId("cancel-button").addEventListener("click", () => this.controller?.abort());
@@ -45,20 +46,21 @@ export class Loading {
 
   /** Shows a still picture over the canvas: an address, or a WebP image; null: none. */
   setPoster(picture: string | Uint8Array | null): void {
+    if (this.given) return;
     this.hidePoster();
     if (picture === null) return;
+    this.poster.classList.remove("framed");
     if (typeof picture !== "string") {
       this.ownPoster = URL.createObjectURL(new Blob([picture as Uint8Array<ArrayBuffer>], { type: "image/webp" }));
     }
     this.poster.src = typeof picture === "string" ? picture : this.ownPoster;
-    this.poster.hidden = false;
+    this.poster.classList.remove("away");
   }
 
-  /** Takes the still picture away. */
+  /** Takes the still picture away: it fades. */
   hidePoster(): void {
-    if (this.poster.hidden) return;
-    this.poster.hidden = true;
-    this.poster.removeAttribute("src");
+    this.given = false;
+    this.poster.classList.add("away");
     if (this.ownPoster !== "") URL.revokeObjectURL(this.ownPoster);
     this.ownPoster = "";
   }

@@ -3,10 +3,8 @@ import { byId } from "./dom.js";
 import type { Clips } from "../motion/clips.js";
 import type { Key } from "./keys.js";
 import type { Look } from "../controls/look.js";
-import type { Orbit } from "../stage/orbit.js";
+import type { Orbit } from "../../src/stage/orbit.js";
 
-const TURN = (5 * Math.PI) / 180; // a press of an arrow key
-const ZOOM = 1.1;
 const SPEEDUP = 1;
 
 /** What keys act on. */
@@ -24,8 +22,8 @@ export function keysOf({ orbit, clips, look }: Shortcuts): readonly Key[] {
     { keys: ["[", "]"], shown: "[ ]", text: "Slower, faster", run: (event) => clips.changeSpeed(event.key === "[" ? -SPEEDUP : SPEEDUP) },
     { keys: ["n"], shown: "N", text: "Next clip", run: () => clips.next() },
     press(["l"], "L", "Loop", "loop-button"),
-    { keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], shown: "Arrows", text: "Turn", run: (event) => turn(orbit, event.key) },
-    { keys: ["+", "=", "-"], shown: "+ −", text: "Zoom", run: (event) => orbit.zoom(event.key === "-" ? ZOOM : 1 / ZOOM) },
+    { keys: ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown"], shown: "Arrows", text: "Turn", run: (event) => orbit.press(event.key) },
+    { keys: ["+", "=", "-"], shown: "+ −", text: "Zoom", run: (event) => orbit.press(event.key) },
     press(["f"], "F", "Head or whole", "frame-button"),
     { keys: ["r"], shown: "R", text: "Front view", run: () => orbit.frame(orbit.part) },
     press(["Backspace"], "Backspace", "Reset the pose", "reset-button"),
@@ -34,6 +32,8 @@ export function keysOf({ orbit, clips, look }: Shortcuts): readonly Key[] {
     press(["v"], "V", "Record a video, stop", "video-button"),
     press(["o"], "O", "Open a file", "open-button"),
     press(["k"], "K", "Follow live input", "live-button"),
+    press(["i"], "I", "Open or close the inspector", "inspect-button"),
+    press(["u"], "U", "Use your camera, stop", "camera-button"),
     press(["c"], "C", "Show or hide controls", "panel-button"),
     { keys: ["/"], shown: "/", text: "Search controls", run: () => openSearch() },
     press(["x"], "X", "Full screen", "full-button"),
@@ -49,19 +49,14 @@ function press(keys: readonly string[], shown: string, text: string, id: string)
     text,
     run() {
       const button = byId<HTMLButtonElement>(id);
-      if (!button.hidden && !button.disabled) button.click();
+      if (button.getClientRects().length > 0) button.click(); // one that is not shown does nothing
     },
   };
 }
 
-function turn(orbit: Orbit, key: string): void {
-  if (key === "ArrowLeft") orbit.turn(-TURN, 0);
-  else if (key === "ArrowRight") orbit.turn(TURN, 0);
-  else orbit.turn(0, key === "ArrowUp" ? TURN : -TURN);
-}
-
 function openSearch(): void {
   const button = byId("panel-button");
+  if (button.getClientRects().length === 0) return;
   if (button.getAttribute("aria-expanded") === "false") button.click();
   byId("search").focus();
 }

@@ -1,20 +1,20 @@
 // A picture or a video of the canvas, saved as a file.
 import { AvatarError } from "../../src/index.js";
 import { make } from "../parts/dom.js";
-import type { Stage } from "./stage.js";
+import type { Stage } from "../../src/stage/stage.js";
 
 const VIDEO_TYPES = ["video/mp4;codecs=avc1.640033", "video/mp4", "video/webm;codecs=vp9", "video/webm"] as const;
 const BITS_A_SECOND = 12e6;
 
 /** Saves bytes under a name. */
-function save(blob: Blob, name: string): void {
+export function save(blob: Blob, name: string): void {
   const address = URL.createObjectURL(blob);
   make("a", { href: address, download: name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
 }
 
 /** A file name without what file systems refuse. */
-function fileName(name: string, ending: string): string {
+export function fileName(name: string, ending: string): string {
   return `${name.replace(/[^\p{L}\p{N}._-]+/gu, "_") || "avatar"}.${ending}`;
 }
 

@@ -23,6 +23,7 @@ func _initialize() -> void:
 	told["poses"] = given["packs"].map(poses.bind(given["poses"]))
 	told["scene"] = scene()
 	told["live"] = await live(given["packets"])
+	told["idle"] = await idle(given["idle"])
 	told["tracker"] = await tracker()
 	told["refused"] = refused()
 	print("RESULT ", JSON.stringify(told, "", true, true))
@@ -157,6 +158,20 @@ func live(packets: String) -> Array:
 			if link.received_count > found.size():
 				break
 		found.append(floats(node))
+	node.free()
+	return found
+
+
+## The face of idle life at times and seeds, and the pose that its node gives.
+func idle(cases: Array) -> Dictionary:
+	var node := shown("res://right.avatar")
+	var found := {"faces": cases.map(func(one: Dictionary) -> Array: return Array(node.core.call(&"idle", one["seconds"], int(one["seed"]))))}
+	var life := GaussianAvatarIdle.new()
+	life.seed = 5
+	node.add_child(life)
+	await process_frame
+	life.set_process(false)
+	found.merge({"seconds": life.seconds, "pose": floats(node)})
 	node.free()
 	return found
 

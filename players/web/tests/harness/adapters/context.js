@@ -111,7 +111,7 @@ async function drawCase(file, one) {
   clip?.clipControlEXT(clip.LOWER_LEFT_EXT, clip.ZERO_TO_ONE_EXT);
   if (one.noCopy) gl.blitFramebuffer = () => gl.enable(0);
   const before = stateOf(gl);
-  const scene = new GlScene(gl, look, true, nothing);
+  const scene = await GlScene.create(gl, look, true, nothing);
   scene.add(avatar, 0);
   scene.draw(one);
   const after = stateOf(gl);

@@ -1,13 +1,31 @@
 // The camera's path around a target: mouse, wheel, touch and keys. Nothing is allocated while it moves.
-import type { Camera, Framing } from "../../src/index.js";
+import type { Framing } from "../avatar.js";
+import type { Camera } from "../camera.js";
 
-const FOV_Y = (30 * Math.PI) / 180; // a portrait lens: faces look natural
+const TANGENT = Math.tan((15 * Math.PI) / 180); // half of what is framed, by its distance: a portrait lens, so faces look natural
 const MARGIN = 1.12; // room around what is framed
 const TURN = 2.2 * Math.PI; // radians for a drag across the smaller side
 const MOST_PITCH = (88 * Math.PI) / 180;
 const DECAY_MS = 120; // inertia falls to 1/e in this time
+const KEY_TURN = (5 * Math.PI) / 180; // a press of an arrow key
+const KEY_ZOOM = 1.1;
+const KEYS: Readonly<Record<string, readonly [yaw: number, pitch: number, zoom: number]>> = {
+  ArrowLeft: [-KEY_TURN, 0, 1],
+  ArrowRight: [KEY_TURN, 0, 1],
+  ArrowUp: [0, KEY_TURN, 1],
+  ArrowDown: [0, -KEY_TURN, 1],
+  "+": [0, 0, 1 / KEY_ZOOM],
+  "=": [0, 0, 1 / KEY_ZOOM],
+  "-": [0, 0, KEY_ZOOM],
+};
 
 type Vector = readonly number[]; // [3]
+
+/**
+ * What a hand can do with the view: all; "page": all but what moves the page around it, the wheel and one finger that
+ * goes up or down; nothing.
+ */
+export type Controls = "all" | "page" | "none";
 
 /** Which part of the avatar is framed. */
 export type Part = "head" | "whole";
@@ -24,6 +42,7 @@ export class Orbit {
   pitch = 0;
   distance = 1;
   part: Part = "whole";
+  controls: Controls = "all";
   /** Of the image, pixels. */
   width = 1;
   height = 1;
@@ -39,7 +58,6 @@ export class Orbit {
   private front: Vector = [0, 0, 1];
   private framing: Framing | null = null;
   private size: Vector = [1, 1, 1]; // metres, of what was framed
-  private fitted = true; // the distance follows from `size`
   private scale = 1; // metres: size of what was framed
   private readonly still = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -81,24 +99,28 @@ export class Orbit {
     this.yaw = 0;
     this.pitch = 0;
     this.stop();
-    this.size = box.size;
-    this.scale = Math.max(...box.size, 1e-6);
+    this.size = box.size.map((side) => Math.max(side, 1e-6));
+    this.scale = Math.max(...this.size);
     this.fit();
     this.moved();
   }
 
-  /** The image has another size, in pixels. What was framed stays framed until somebody zooms. */
+  /** The image has another size, in pixels. What was framed stays framed. */
   resize(width: number, height: number): void {
     this.width = width;
     this.height = height;
-    if (this.fitted) this.fit();
   }
 
+  /** In every window the same perspective: what is framed looks like one picture that is shown larger or smaller. */
   private fit(): void {
-    const tangent = Math.tan(FOV_Y / 2);
     const [across = 1, tall = 1, deep = 1] = this.size;
-    this.distance = MARGIN * Math.max(tall / 2 / tangent, (across / 2 / tangent) * (this.height / this.width)) + deep / 2;
-    this.fitted = true;
+    this.distance = (MARGIN * Math.max(across, tall)) / 2 / TANGENT + deep / 2;
+  }
+
+  /** In pixels. */
+  private get focal(): number {
+    const [across = 1, tall = 1] = this.size;
+    return (Math.max(across, tall) * Math.min(this.height / tall, this.width / across)) / 2 / TANGENT;
   }
 
   /** Shows the other part. */
@@ -115,14 +137,28 @@ export class Orbit {
 
   /** Multiplies the distance. */
   zoom(factor: number): void {
-    this.fitted = false;
     this.distance = Math.min(20 * this.scale, Math.max(0.02 * this.scale, this.distance * factor));
     this.moved();
   }
 
+  /** Arrow keys turn, plus and minus zoom, Home shows the front. False for another key. */
+  press(key: string): boolean {
+    if (key === "Home") this.frame(this.part);
+    const step = KEYS[key];
+    if (step === undefined) return key === "Home";
+    this.turn(step[0], step[1]);
+    if (step[2] !== 1) this.zoom(step[2]);
+    return true;
+  }
+
+  /** Metres of a CSS pixel at the target; `pixels` is the canvas's height in CSS pixels. */
+  metresAcross(pixels: number): number {
+    return (this.distance / this.focal) * (this.height / pixels);
+  }
+
   /** Moves the picture by CSS pixels; `pixels` is the canvas's height in CSS pixels. */
   pan(x: number, y: number, pixels: number): void {
-    const metres = (2 * this.distance * Math.tan(FOV_Y / 2)) / pixels;
+    const metres = this.metresAcross(pixels);
     this.turnAxes();
     for (let i = 0; i < 3; i++) this.target[i]! -= metres * (x * this.view[i]! + y * this.view[3 + i]!);
     this.moved();
@@ -152,12 +188,20 @@ export class Orbit {
     canvas.addEventListener("pointerdown", (event) => this.down(canvas, event));
     canvas.addEventListener("pointermove", (event) => this.move(canvas, event));
     canvas.addEventListener("pointerup", (event) => this.release(event));
-    canvas.addEventListener("pointercancel", (event) => this.release(event));
-    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-    canvas.addEventListener("dblclick", () => this.frame(this.part));
+    canvas.addEventListener("pointercancel", (event) => {
+      this.release(event);
+      this.stop(); // the page moves on
+    });
+    canvas.addEventListener("contextmenu", (event) => {
+      if (this.controls === "all") event.preventDefault();
+    });
+    canvas.addEventListener("dblclick", () => {
+      if (this.controls !== "none") this.frame(this.part);
+    });
     canvas.addEventListener(
       "wheel",
       (event) => {
+        if (this.controls === "none" || (this.controls === "page" && !event.ctrlKey)) return;
         event.preventDefault();
         const lines = event.deltaMode === 0 ? 1 : event.deltaMode === 1 ? 20 : 400;
         // A pinch on a touchpad arrives as a wheel with Ctrl and small steps.
@@ -169,7 +213,8 @@ export class Orbit {
   }
 
   private down(canvas: HTMLElement, event: PointerEvent): void {
-    if (this.firstId !== -1 && event.pointerType === "mouse") return;
+    if (this.controls === "none" || (this.firstId !== -1 && event.pointerType === "mouse")) return;
+    if (this.controls === "page" && event.button === 2) return; // the browser's own menu
     canvas.setPointerCapture(event.pointerId);
     if (this.firstId === -1) {
       this.firstId = event.pointerId;
@@ -201,9 +246,10 @@ export class Orbit {
     } else {
       const radians = TURN / Math.max(200, Math.min(canvas.clientWidth, canvas.clientHeight)) / 2;
       const past = Math.max(1, event.timeStamp - this.lastMove);
+      const tilt = this.controls === "page" && event.pointerType === "touch" ? 0 : y * radians; // that moves the page
       this.yawSpeed = (-x * radians) / past;
-      this.pitchSpeed = (y * radians) / past;
-      this.turn(-x * radians, y * radians);
+      this.pitchSpeed = tilt / past;
+      this.turn(-x * radians, tilt);
     }
     this.lastMove = event.timeStamp;
   }
@@ -232,7 +278,7 @@ export class Orbit {
       for (let i = 0; i < 3; i++) along -= view[3 * row + i]! * this.target[i]!;
       translation[row] = along;
     }
-    intrinsics[0] = intrinsics[4] = height / (2 * Math.tan(FOV_Y / 2));
+    intrinsics[0] = intrinsics[4] = this.focal;
     intrinsics[2] = width / 2;
     intrinsics[5] = height / 2;
     intrinsics[8] = 1;

@@ -13,9 +13,9 @@ import pytest
 from avatar_export.measure.height_px import height_px
 from avatar_runtime.handedness import HANDEDNESS
 from tests.conformance.height_vectors import made
-from tests.players.heights.height_cases import VECTORS, height_packs
 from tests.players.unreal.core import SeenCamera
 from tests.players.unreal.sources import library
+from tests.players.vectors.height_cases import VECTORS, height_packs
 
 CLOSE = 1e-5  # relative: matrices of cameras are float32
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
