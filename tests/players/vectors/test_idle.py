@@ -67,8 +67,9 @@ def test_what_is_no_time_is_refused() -> None:
     for seconds in (math.nan, math.inf):
         with pytest.raises(ValueError, match="seconds"):
             idle(seconds)
+    part: Any = 1.5
     with pytest.raises(TypeError, match="seed"):
-        idle(1.0, 1.5)  # type: ignore[arg-type]
+        idle(1.0, part)
 
 
 def test_eyes_and_head_aim_where_the_glance_goes() -> None:
