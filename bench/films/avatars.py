@@ -105,7 +105,7 @@ def camera_round(truth: Truth, capture: Capture, frame: Frame, yaw: float, lens:
     """The tracked camera of a frame, gone round the face by `yaw` degrees, with the image of the truth's film.
 
     `lens`: the tracked focal length over the true one. The axis goes through the same pixel as that of `side_camera`,
-    and as deep in the tracked face as in the true one.
+    and as far behind the tracked face as behind the true one, for the size that the tracked head has.
     """
     k = _film_frame(truth, capture, frame)
     rows = load_tracking_head(mean_head())[1]
@@ -116,9 +116,12 @@ def camera_round(truth: Truth, capture: Capture, frame: Frame, yaw: float, lens:
             f"{capture.folder}: a mesh of {len(mesh)} vertices; that of the head model has {len(rows)}"
         )
     view = frame.camera.camera_from_world.astype(np.float64)
-    depth = (mesh[face] @ view[2, :3] + view[2, 3]).mean() / truth.vertices(k)[rows][face][:, 2].mean()
+    tracked_depth = (mesh[face] @ view[2, :3] + view[2, 3]).mean()
+    true_depth, axis = truth.vertices(k)[rows][face][:, 2].mean(), middle(truth, k)
+    larger = tracked_depth / true_depth / lens  # the tracked head: both are as large in the image
+    depth = tracked_depth + larger * (axis[2] - true_depth)
+    axis = axis / axis[2] * (1 / lens, 1 / lens, 1) * depth
     rotation = side_camera(truth, k, yaw)[0]
-    axis = middle(truth, k) * depth * (1 / lens, 1 / lens, 1)
     intrinsics = truth.scene.intrinsics.copy()
     intrinsics[[0, 1], [0, 1]] *= lens
     turned, origin = rotation @ view[:3, :3], rotation @ (view[:3, 3] - axis) + axis

@@ -12,8 +12,9 @@ from PIL import Image
 
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.captures.model import Capture
-from avatar_trainer.captures.targets import Targets
-from avatar_trainer.evaluation.evaluate import evaluate, quick_psnr_db, table
+from avatar_trainer.captures.targets import Target, Targets
+from avatar_trainer.evaluation.evaluate import evaluate, quick_psnr_db, score, table
+from avatar_trainer.losses import ssim_definition
 from avatar_trainer.systems.drawing import Drawing, draw
 from avatar_trainer.tensors import Rendered
 from tests.trainer import toy
@@ -40,6 +41,15 @@ def test_evaluation_by_hand(toy_capture: Capture) -> None:
     tests = [e["psnr_db"] for e in result["frames"] if e["split"] == "test"]
     assert result["splits"]["test"]["psnr_db"] == pytest.approx(np.mean(tests))
     assert len(tests) == result["splits"]["test"]["frames"] == 3
+
+
+def test_what_is_black_in_both_is_alike(toy_capture: Capture) -> None:
+    wanted, drawn = torch.zeros(2, 40, 50, 3)
+    wanted[12:20, 15:22], drawn[14:23, 0:20] = 0.7, 0.4
+    target = Target(wanted, (wanted[:, :, 0] > 0).float())
+    found = score(drawn, toy_capture.test[0], target).ssim
+    assert found == pytest.approx(float(ssim_definition(drawn.double(), wanted.double())), abs=1e-12)
+    assert score(0 * drawn, toy_capture.test[0], Target(0 * wanted, target.mask)).ssim == 1
 
 
 def draws(monkeypatch: pytest.MonkeyPatch, colour: torch.Tensor) -> None:

@@ -16,7 +16,7 @@ from avatar_runtime import AvatarError
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target, Targets, evenly
 from avatar_trainer.evaluation.lpips import Lpips
-from avatar_trainer.losses import psnr_db, ssim
+from avatar_trainer.losses import WINDOW, psnr_db, ssim
 from avatar_trainer.systems.drawing import DRAWING, Drawing, draw
 from avatar_trainer.systems.protocol import System
 
@@ -167,7 +167,13 @@ def _enhanced_psnr_db(system: System, colour: Tensor, wanted: Tensor) -> float |
 
 
 def _similar(drawn: Tensor, wanted: Tensor) -> float:
-    return float(ssim(drawn.double(), wanted.double()))  # single precision is 1e-4 off on flat areas
+    """SSIM; single precision is 1e-4 off on flat areas. Where both are black as far as the window reaches it is 1."""
+    at = torch.nonzero(((drawn != 0) | (wanted != 0)).any(dim=2))
+    if not len(at):
+        return 1.0
+    low, high = (at.amin(0) - WINDOW // 2).clamp_min(0).tolist(), (at.amax(0) + WINDOW // 2 + 1).tolist()
+    part = [image[low[0] : high[0], low[1] : high[1]].double() for image in (drawn, wanted)]
+    return 1 - (1 - float(ssim(*part))) * part[0].numel() / drawn.numel()
 
 
 def _ssim_inside(drawn: Tensor, wanted: Tensor, inside: Tensor) -> float | None:

@@ -10,9 +10,13 @@ import pytest
 import torch
 from torch import Tensor
 
+from avatar_runtime import F32, F64
 from avatar_runtime.io.errors import AvatarError
+from avatar_trainer.captures.mesh_raster import intrinsics
+from avatar_trainer.captures.targets import read
 from avatar_trainer.parameters.densify import DensitySettings, Plan
 from avatar_trainer.systems.gaussian_blendshapes.density import grow
+from avatar_trainer.systems.gaussian_blendshapes.frames import frame_colours
 from avatar_trainer.systems.gaussian_blendshapes.rows import FACE, LOWER, UPPER
 from avatar_trainer.systems.gaussian_blendshapes.system import GaussianBlendshapes, create
 from avatar_trainer.tensors import Splats
@@ -83,6 +87,42 @@ def test_training_lowers_the_loss_of_one_frame(tmp_path: Path) -> None:
     one = replace(given, frames=given.frames[:1])
     losses = run(trainer_of(create(one, settings(iterations=60, density=still), 0), 60), 1, 60)
     assert losses[-1] < 0.6 * losses[0]
+
+
+def test_what_a_frame_hardly_shows_learns_nothing_of_it(tmp_path: Path) -> None:
+    given, still = capture(tmp_path), DensitySettings(densify_until=0)
+    free, held = (create(given, settings(hidden=share, density=still), 0) for share in (0.0, 0.5))
+    before = {name: held.table[name].detach().clone() for name in held.table}
+    for system in (free, held):
+        run(trainer_of(system), 1, 1)
+    gradient = free.table["sh_dc"].grad
+    assert gradient is not None
+    shown = gradient.abs().sum(dim=(1, 2))
+    hidden = shown < 0.5 * shown[shown > 0].mean()
+    assert 0 < hidden.sum() < len(hidden)
+    of = {"gaussian": hidden, "delta": hidden[held.rows.learned.row()]}
+    for name in held.table:
+        stays = of[held.table.rows(name)]
+        assert torch.equal(held.table[name][stays], before[name][stays])
+        assert torch.equal(held.table[name][~stays], free.table[name][~stays])
+
+
+def test_what_no_frame_shows_begins_as_what_is_beside_it(tmp_path: Path) -> None:
+    given = capture(tmp_path)
+    one = replace(given, frames=given.train[:1])
+    camera, target = one.frames[0].camera, read(one.frames[0])
+    y, x = torch.nonzero(target.mask > 0.9)[0].tolist()
+    k, view = intrinsics(camera), camera.camera_from_world
+    ray = np.array([(x + 0.5 - k[0, 2]) / k[0, 0], (y + 0.5 - k[1, 2]) / k[1, 1], 1.0])
+    shown, behind = ((depth * ray - view[:3, 3]) @ view[:3, :3] for depth in (2.0, -2.0))
+
+    def colours(*points: F64) -> F32:
+        mean = torch.from_numpy(np.array(points, np.float32))
+        rest = [torch.zeros(len(points), *shape) for shape in ((3,), (4,), (), (1, 3))]
+        return frame_colours(one, lambda _: Splats(mean, *rest))
+
+    assert np.abs(colours(behind, shown, 2 * behind) - target.image[y, x].numpy()).max() < 1e-6
+    assert (colours(behind, 2 * behind) == 0.5).all()
 
 
 def test_it_goes_on_bit_by_bit(tmp_path: Path) -> None:

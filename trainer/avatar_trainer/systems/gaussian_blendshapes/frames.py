@@ -8,10 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import torch
 
-from avatar_runtime import F32, I64, Camera, PoseArrays, posed_mesh
+from avatar_runtime import F32, F64, I64, Camera, PoseArrays, posed_mesh
 from avatar_runtime.stages import joints
 from avatar_trainer.captures.model import Capture, Frame
 from avatar_trainer.captures.targets import Target, Targets, evenly
+from avatar_trainer.kernels.neighbours import nearest_others
 from avatar_trainer.tensors import Splats
 
 FRAMES = 24  # of the training frames, evenly chosen
@@ -19,6 +20,7 @@ CELL = 4  # pixels: the nearest Gaussian in such a square hides what lies behind
 SLOPE = 1.5  # a Gaussian as far behind it as the square is wide, times this, still counts as visible
 INSIDE = 0.5  # of the mask
 GREY = 0.5
+BESIDE = 8  # points whose mean colour one gets that no frame shows
 
 
 def seen_triangles(capture: Capture) -> npt.NDArray[np.bool_]:
@@ -37,16 +39,17 @@ def seen_triangles(capture: Capture) -> npt.NDArray[np.bool_]:
 def frame_colours(capture: Capture, splats: Callable[[PoseArrays], Splats]) -> F32:
     """[N, 3] display-referred: the median of the pixels that show each Gaussian in some training frames.
 
-    `splats`: the avatar in a frame's pose. Gaussians that no frame shows are grey.
-    3D Gaussian Splatting begins with the
-    colours of its points, Gaussian Blendshapes with grey: the frames' own save some hundred iterations.
+    `splats`: the avatar in a frame's pose. Gaussians that no frame shows get the colours of those beside them, grey
+    without any. 3D Gaussian Splatting begins with the colours of its points, Gaussian Blendshapes with grey: the
+    frames' own save some hundred iterations.
     """
     with torch.no_grad():
         found = [
             _looked_up(splats(frame.pose).mean.numpy(), frame.camera, target)
             for frame, target in _chosen(capture)
         ]
-    return _median(np.stack(found))
+        position = splats(capture.train[0].pose).mean.double().numpy()
+    return _spread(_median(np.stack(found)), position)
 
 
 def _chosen(capture: Capture) -> Iterator[tuple[Frame, Target]]:
@@ -85,9 +88,24 @@ def _nearest(pixel: I64, depth: F32, camera: Camera) -> npt.NDArray[np.bool_]:
 
 
 def _median(seen: F32) -> F32:
-    """[N, 3] medians over frames [T, N, 3] that leave NaN out; grey where there is nothing else."""
+    """[N, 3] medians over frames [T, N, 3] that leave NaN out; NaN where there is nothing else."""
     ordered = np.sort(seen, axis=0)  # NaN last
     count = np.isfinite(seen[:, :, 0]).sum(axis=0)
     middle = np.take_along_axis(ordered, (np.maximum(count, 1) - 1)[None, :, None] // 2, axis=0)[0]
-    result: F32 = np.where(count[:, None] > 0, middle, np.float32(GREY))
+    result: F32 = np.where(count[:, None] > 0, middle, np.float32(np.nan))
+    return result
+
+
+def _spread(colour: F32, position: F64) -> F32:
+    """Colours [N, 3] of points [N, 3] of which those that are NaN become the mean of their neighbours, step by step."""
+    result, near = colour.copy(), nearest_others(position, BESIDE)
+    known = np.isfinite(result[:, 0])
+    while not known.all():
+        count = known[near].sum(axis=1)
+        rows = np.flatnonzero(~known & (count > 0))
+        if not len(rows):
+            result[~known] = GREY
+            break
+        result[rows] = np.nansum(result[near[rows]], axis=1) / count[rows, None]
+        known[rows] = True
     return result

@@ -117,6 +117,9 @@ class Settings:
     extent: float = 1.0
     # Density of the first Gaussians where no frame shows the mesh, 1 elsewhere; 1: the paper.
     unseen: float = 0.25
+    # Share of the mean gradient of the colours: Gaussians below it, which a frame hardly shows, stay as they are in its
+    # iteration; 0: the paper.
+    hidden: float = 0.05
     background: str = "black"  # or white
     colours: str = "frames"  # where the first ones come from: frames, or grey (the paper)
     # File of vertex indices whose motion no mask counts; "": those that the root joint holds most.
@@ -144,6 +147,7 @@ class Settings:
                 "sh_every": (1, MOST),
                 "least_mask": (0, 1),
                 "supported": (0, 1),
+                "hidden": (0, 1),
                 "decay": (0, 1 / SETTLED_EVERY),
                 "extent": (ABOVE_ZERO, math.inf),
                 "longest": (0, MOST),
@@ -168,7 +172,7 @@ class Settings:
 # Sections 3.2 to 4.1 and, where the paper is silent, the released code's cfg_args; but `weights` and `extent` are ours.
 PAPER = Settings(
     iterations=40_000, gaussians=50_000, mouth_gaussians=7000, sh_degree=3, delta_sh_degree=3, sh_every=1000,
-    supported=0.0, decay=0.0, longest=0.0, least_mask=0.0, colours="grey", unseen=1.0,
+    supported=0.0, decay=0.0, longest=0.0, least_mask=0.0, hidden=0.0, colours="grey", unseen=1.0,
     rates=Rates(
         mean=1.6e-4, log_scale=5e-3, delta_mean=3.2e-7, delta_opacity_logit=5e-5, delta_log_scale=5e-4,
         delta_quat_wxyz=1e-4, delta_sh=1.25e-3,

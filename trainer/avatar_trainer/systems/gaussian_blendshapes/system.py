@@ -187,7 +187,9 @@ class GaussianBlendshapes:
         return terms
 
     def observe(self, rendered: Rendered, screen_gradient: Tensor) -> None:
-        """Statistics for density control."""
+        """Statistics for density control; what the frame hardly shows learns nothing of it."""
+        if self.settings.hidden:
+            self._hold_hidden()
         if self.density_settings.observing(self._iteration):
             self.density.observe(rendered.radius, screen_gradient)
 
@@ -305,6 +307,20 @@ class GaussianBlendshapes:
         self.density.reset(self.rows.count)
 
     @torch.no_grad()
+    def _hold_hidden(self) -> None:
+        """Gradients become 0 of Gaussians that a frame hardly shows: Adam would move them as far as the others."""
+        gradient = self.table["sh_dc"].grad
+        if gradient is None:
+            return
+        shown = gradient.abs().sum(dim=(1, 2))
+        stays = shown < self.settings.hidden * shown.sum() / max(int((shown > 0).sum()), 1)
+        of = {GAUSSIAN: stays, DELTA: stays[self._learned_row]}
+        for name in self.table:
+            gradient = self.table[name].grad
+            if gradient is not None:
+                gradient[of[self.table.rows(name)]] = 0
+
+    @torch.no_grad()
     def _settle(self) -> None:
         """Differences decay: those stay that many frames ask for. Adam moves rare ones as far as frequent ones."""
         for name in DELTAS:
@@ -313,6 +329,7 @@ class GaussianBlendshapes:
     def _lay_out(self, rows: Rows) -> None:
         """Take over `rows`, and compute the arrays that depend on them."""
         self.rows = rows
+        self._learned_row = rows.learned.row()
         self._turns = None
         if self.settings.rules["init_sh"] == "rotated" and self.settings.sh_degree:
             turn = matrix_from_quat(rows.init_values[:, 3:] + torch.tensor([1.0, 0, 0, 0]))
