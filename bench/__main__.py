@@ -8,10 +8,10 @@ CPU time and peak resident memory are those of one fresh process a conversion.
 
     python -m bench --only backends
 
-compares the backends alone, `--only training` measures the differentiable renderer, `--only posing` what a pose costs
-before anything is drawn, `--only unity` and `--only native` what it costs in C# and C++, `--only packs` packs the
-head and plays the pack, `--only batch` converts many avatars on workers that are killed, `--only distill` learns a head
-from frames, and `--only asm` poses faces of bones.
+compares the backends alone, `--only lit` measures the light of a scene, `--only training` the differentiable renderer,
+`--only posing` what a pose costs before anything is drawn, `--only unity` and `--only native` what it costs in C# and
+C++, `--only packs` packs the head and plays the pack, `--only batch` converts many avatars on workers that are killed,
+`--only distill` learns a head from frames, and `--only asm` poses faces of bones.
 `python -m bench.compare` holds these rows against those of the last release. `python -m bench.packs` packs
 every avatar to its budget; `python -m bench.gl_speed` gives frames per second on a GPU.
 """
@@ -39,7 +39,7 @@ from avatar_runtime.bundle import load
 from avatar_runtime.clips import frame_pose
 from avatar_runtime.player import Player
 from bench.asm_speed import asm_rows
-from bench.backends import backend_rows, dense_rows, static_rows
+from bench.backends import backend_rows, dense_rows, lit_rows, static_rows
 from bench.batch.faults import fault_rows
 from bench.batch.network import network_rows
 from bench.batch.overhead import overhead_rows
@@ -227,6 +227,7 @@ PARTS: dict[str, Callable[[Path, int], list[Row]]] = {
     "conversion": conversion_rows,
     "surface": surface_rows,
     "backends": compared_rows,
+    "lit": lambda folder, gaussians: lit_rows(),
     "training": training_rows,
     "posing": lambda folder, gaussians: posing_rows(),
     "unity": lambda folder, gaussians: unity_rows(),

@@ -7,14 +7,18 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 
 from avatar_export.images import frame_camera, robust_box
+from avatar_export.relight import relightable
 from avatar_runtime.avatar import Avatar, Blendshapes, Gaussians, Group, SparseRows
+from avatar_runtime.bundle import load
 from avatar_runtime.camera import Camera
+from avatar_runtime.light import DirectLight, Light, even
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose, joint_rotation
 from avatar_runtime.posed import Clock
@@ -29,6 +33,8 @@ BACKENDS = {  # name in the rows: (backend, options, raster profile)
 ROUNDS = 9
 SLOW = {"reference": 3}  # rounds of what takes a second a frame
 SIZE = 512
+SAMPLES = Path(__file__).parents[1] / "samples" / "trained"
+HEADS = ("head_blendshapes", "head_splatting", "head_points")
 TO_BIND = ("joints", "morph", "skin", "blend", "bind", "activate")
 STATIC = 1_000_000
 
@@ -126,6 +132,31 @@ def _frame(
     if frame.image.evaluations is not None:
         backend = type(player.backend).__name__
         evaluations[f"{backend}_{profile}"] = frame.image.evaluations / SIZE**2
+
+
+def lit_rows() -> list[Row]:
+    """What stages light and shadow cost of a frame of the sample heads: CPU ms, and the share of one light alone."""
+    rows: list[Row] = []
+    for head in HEADS:
+        avatar = relightable(load(SAMPLES / head))
+        camera = frame_camera(robust_box(avatar.gaussians.mean), SIZE, SIZE)
+        for of in ("cpu_1_thread", "gl"):
+            backend, options, profile = BACKENDS[of]
+            for name, shadow in (("lit", False), ("shadowed", True)):
+                light = Light(even((0.3, 0.3, 0.3)), (DirectLight((1, 1, 1), (1, 1, 1)),), shadow)
+                measured = Measured()
+                with Player(avatar, backend, light=light, **options) as player:
+                    for index in range(-1, ROUNDS):
+                        into = measured if index >= 0 else Measured()
+                        _frame(player, busy_pose(avatar, index + 1), camera, profile, into, {})
+                prefix, stage = f"{head}_{of}_{name}", "shadow" if shadow else "light"
+                rows += [row for row in measured.rows(prefix) if row[0] == f"{prefix}_{stage}_cpu"]
+                if not shadow:
+                    shares = (
+                        s[stage] / all_ for s, all_ in zip(measured.stages_cpu, measured.cpu, strict=True)
+                    )
+                    rows.append((f"{prefix}_share_of_frame_cpu", statistics.median(shares), "1"))
+    return rows
 
 
 def dense_rows(avatar: Avatar) -> list[Row]:

@@ -27,8 +27,8 @@ FLOORS: dict[str, tuple[str, set[str]]] = {
         "onnxruntime",
     }),
     "avatar_export": ("exporter", {
-        "avatar_runtime", "avatar_schema", "avatar_shaders", "dask", "distributed", "fsspec", "numpy", "PIL", "pxr",
-        "pygltflib", "pythonosc", "rich", "typer", "ufbx", "websockets", "yaml",
+        "avatar_runtime", "avatar_schema", "avatar_shaders", "cv2", "dask", "distributed", "fsspec", "numpy", "PIL",
+        "pxr", "pygltflib", "pythonosc", "rich", "typer", "ufbx", "websockets", "yaml",
     }),
     "avatar_trainer": ("trainer", {
         "avatar_export", "avatar_runtime", "avatar_schema", "cv2", "gsplat", "llvmlite", "lpips", "mediapipe", "numba",
@@ -39,7 +39,7 @@ FLOORS: dict[str, tuple[str, set[str]]] = {
 HEAVY: dict[str, tuple[str, ...]] = {  # library: the folders that may import it
     "torch": ("trainer/avatar_trainer",),
     "tensorboard": ("trainer/avatar_trainer",),
-    "cv2": ("trainer/avatar_trainer/film",),
+    "cv2": ("exporter/avatar_export/playing", "trainer/avatar_trainer/film"),
     "mediapipe": ("trainer/avatar_trainer/film",),
     "_moderngl": ("runtime/avatar_runtime/backends/gl",),
     "moderngl": ("runtime/avatar_runtime/backends/gl",),

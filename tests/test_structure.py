@@ -11,13 +11,13 @@ from tools import structure
 # fmt: off
 ORDER = {
     "avatar_runtime": (
-        "io", "rotation", "rules", "version", "avatar", "checks", "camera", "pose", "clips", "topology", "program",
-        "codec", "handedness", "driving", "subset", "stages", "packs", "bundle", "enhance", "engine_pose", "posed",
-        "backends", "player", "conformance",
+        "io", "rotation", "rules", "version", "avatar", "checks", "camera", "pose", "clips", "topology", "light",
+        "program", "codec", "handedness", "driving", "subset", "stages", "packs", "bundle", "enhance", "engine_pose",
+        "posed", "backends", "player", "conformance",
     ),
     "avatar_export": (
         "notes", "options", "provenance", "sparse", "version", "formats", "driving", "bodies", "asm", "ops", "images",
-        "measure", "levels", "clips", "fit", "rigs", "readers", "writers", "packing", "checks", "playing",
+        "measure", "levels", "clips", "fit", "relight", "rigs", "readers", "writers", "packing", "checks", "playing",
         "convert_options", "conversion",
         "summary", "distill", "live", "owned", "serving", "players", "drop", "batch", "making", "commands", "cli",
         "__main__",

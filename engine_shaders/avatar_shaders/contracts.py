@@ -38,12 +38,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from avatar_schema import families, rules
+from avatar_schema import constants, families, rules
 
 Contract = dict[str, Any]
 MOST_ROWS = 65535 * 64  # thread groups of one dispatch, threads of one group
 MOST_ENTRIES = 65536  # of a row; an entry is one turn of a loop
 MOST_VERTICES = 1 << 24  # Triangles holds vertex ids as float32, which is exact up to here
+SHADOW_TEXELS = int(constants()["shadow_size"]) ** 2
 CODED, INDEX = [0, 8, 16, 32], [8, 16, 32]
 
 
@@ -59,6 +60,21 @@ def contracts() -> dict[str, Contract]:
         "bind_surface": _bind_surface(),
         "activate": _of_chunk({"Splats": "5*count"}),
         "project": _project(),
+        "shadow_clear": {
+            "rows": "texels",
+            "values": {"texels": [SHADOW_TEXELS]},
+            "most": {"texels": MOST_ROWS},
+            "elements": {"Shadow": [{"elements": f"{SHADOW_TEXELS}"}]},
+        },
+        "shadow_mesh": {
+            "rows": "triangles",
+            "most": {"triangles": MOST_ROWS, "vertices": MOST_VERTICES},
+            "same": {"Mesh": ["vertices"]},
+            "elements": {"Mesh": [{"elements": "vertices"}], "Shadow": [{"elements": f"{SHADOW_TEXELS}"}]},
+            "sections": _index("CornerStatic", "corners", "3*triangles", "vertices"),
+        },
+        "shadow": _of_chunk({"Splats": "5*count", "Shadow": f"{SHADOW_TEXELS}"}, shared=("Shadow",)),
+        "light": _light(),
     }
 
 
@@ -218,16 +234,27 @@ def _project() -> Contract:
     }
 
 
+def _light() -> Contract:
+    touched = {"Splats": "5*count", "Projected": "3*count", "Shadow": f"{SHADOW_TEXELS}"}
+    return {
+        **_of_chunk(touched, shared=("Shadow",)),
+        "sections": _planes("LightStatic", "normal", 3, "count"),
+    }
+
+
 _MESH_AND_TRIANGLES = {"Mesh": ["vertices"], "Triangles": ["triangles", "vertices", "rotation_rule"]}
 
 
-def _of_chunk(elements: dict[str, str]) -> Contract:
-    """The part of a contract over a chunk of Gaussians; `elements` that it touches of each of its buffers."""
+def _of_chunk(elements: dict[str, str], shared: tuple[str, ...] = ()) -> Contract:
+    """The part of a contract over a chunk of Gaussians; `elements` that it touches of each of its buffers.
+
+    Buffers that are `shared` do not belong to one chunk.
+    """
     return {
         "rows": "count",
         "most": {"count": MOST_ROWS},
         "chunk": "count",
-        "same": {buffer: ["count"] for buffer in elements},
+        "same": {buffer: ["count"] for buffer in elements if buffer not in shared},
         "elements": {buffer: [{"elements": count}] for buffer, count in elements.items()},
     }
 

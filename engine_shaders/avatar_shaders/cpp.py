@@ -12,7 +12,8 @@ from avatar_shaders.headers import idle_table, table
 from avatar_shaders.web import macros
 
 _MADE = "// Made from the HLSL of avatar_shaders by `python -m avatar_shaders`; do not edit.\n"
-_NEEDED = {"polar_steps", "threads", "sort_digits", "sort_items", "sort_block"}
+_NEEDED = {"polar_steps", "sh_c0", "sh_c1", "sh_c2", "shadow_size"}
+_NEEDED |= {"threads", "sort_digits", "sort_items", "sort_block"}
 _WIDTH = 118  # of a line that holds several items
 _BLOCK = {"uint": "uint", "float": "float1", "float2": "float2", "float3": "float3", "float4": "float4"}
 
@@ -183,7 +184,9 @@ def _constants() -> str:
         value = entry["value"]
         if name in _NEEDED:
             kind = "uint32_t" if isinstance(value, int) else "double"
-            lines.append(_constant(kind, name, repr(value), entry["reason"]))
+            number, listed = repr(value), isinstance(value, list)
+            text = f"{{{number[1:-1]}}}" if listed else number
+            lines.append(_constant(kind, f"{name}[]" if listed else name, text, entry["reason"]))
     for name, number, about in macros():
         if name.lower() not in _NEEDED:
             continue

@@ -112,7 +112,9 @@ def _constants() -> str:
     lines = [_constant("int", "Shaders", str(VERSION), about)]
     for name, entry in table("constants.json").items():
         value = entry["value"]
-        if not isinstance(value, list):
+        if isinstance(value, list):
+            lines.append(_array(_pascal(name), value, entry["reason"]))
+        else:
             kind = "int" if isinstance(value, int) else "double"
             lines.append(_constant(kind, _pascal(name), repr(value), entry["reason"]))
     for name, number, about in macros():
@@ -128,14 +130,12 @@ def _idle() -> str:
     for name, (about, value) in idle_table().items():
         if not isinstance(value, list):
             lines.append(_constant("double", _pascal(name), repr(value), about))
-            continue
-        if isinstance(value[0], list):
-            kind = "IdleRow"
+        elif isinstance(value[0], list):
             rows = [f'new IdleRow("{c}", {place}, {", ".join(map(repr, n))}),\n' for c, place, *n in value]
             text = f"{{\n{_indented(''.join(rows), 1)}}}"
+            lines.append(_summary(about) + f"public static readonly IdleRow[] {_pascal(name)} = {text};\n")
         else:
-            kind, text = "double", f"{{ {', '.join(map(repr, value))} }}"
-        lines.append(_summary(about) + f"public static readonly {kind}[] {_pascal(name)} = {text};\n")
+            lines.append(_array(_pascal(name), value, about))
     head = _OPEN + _class("IdleTable", "Numbers of idle life.")
     return head + _indented("\n".join(lines), 2) + _INDENT + "}\n}\n"
 
@@ -158,6 +158,11 @@ def _form() -> str:
 
 def _constant(kind: str, name: str, value: str, about: str) -> str:
     return _summary(about) + f"public const {kind} {name} = {value};\n"
+
+
+def _array(name: str, values: list[float], about: str) -> str:
+    numbers = ", ".join(map(repr, values))
+    return _summary(about) + f"public static readonly double[] {name} = {{ {numbers} }};\n"
 
 
 def _class(name: str, about: str) -> str:

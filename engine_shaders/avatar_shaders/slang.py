@@ -11,7 +11,7 @@ from avatar_shaders.tools import ShaderError, program, run
 
 _TARGETS: dict[str, tuple[str, ...]] = {  # target: options of slangc
     "wgsl": ("-DAVATAR_ATOMIC_COUNTERS",),
-    "cpp": (),
+    "cpp": ("-DAVATAR_ONE_THREAD",),
 }
 _FAULT = re.compile(r"error\[\w+\]: (?P<text>.+)\n *--> (?P<file>[^:\n]+):(?P<line>\d+):")
 _RESOURCE = re.compile(r"@binding\(\d+\) @group\(0\) var(?:<[^>]*>)? (?P<name>\w+)_0 : (?P<type>\w+)")

@@ -39,6 +39,7 @@ _LETTERS = [letter for letter in ascii_lowercase if letter not in "fiu"]  # f32,
 _MACRO = re.compile(r"^#define AVATAR_(\w+) (\d+|\([\w *]+\)) // (.+)$", re.MULTILINE)
 _DRAWN = ("raster_vertex_batch", "raster_pixel", "composite_vertex", "composite_pixel")
 _SPACED = "+-"  # "a - -b" is not "a--b"
+_LIT = ("shadow", "light")  # stages
 
 _REFLECTION = """\
 /** A member of a uniform block; its type as HLSL spells it: "uint", "float4". */
@@ -138,7 +139,14 @@ def web_files(made: dict[str, str]) -> dict[str, str]:
     wgsl = renamed({name: minified_wgsl(made[f"wgsl/{name}.wgsl"]) for name in ENTRIES})
     glsl = generate(HLSL, _DRAWN, ["glsl300es"])
     modules = {
-        "wgsl.ts": _texts("WGSL", "Every entry as WGSL, by name; its function has the same name.", wgsl),
+        "wgsl.ts": _texts(
+            "WGSL", "Entries as WGSL, by name; the function has the same name.", _of(wgsl, rows, lit=False)
+        ),
+        "wgsl_light.ts": _texts(
+            "LIGHT_WGSL",
+            "Entries of stages shadow and light, which few pages load.",
+            _of(wgsl, rows, lit=True),
+        ),
         "glsl.ts": _texts(
             "GLSL",
             "What draws in WebGL2 as GLSL ES 3.00, by the entry's name.",
@@ -152,6 +160,10 @@ def web_files(made: dict[str, str]) -> dict[str, str]:
         + f'export const KERNELS = atob("{base64.b64encode(kernels(rows)).decode()}");\n',
     }
     return {name: _MADE + text for name, text in modules.items()}
+
+
+def _of(texts: dict[str, str], rows: dict[str, dict[str, Any]], *, lit: bool) -> dict[str, str]:
+    return {entry: text for entry, text in texts.items() if (rows[entry]["stage"] in _LIT) == lit}
 
 
 def minified(text: str) -> str:
@@ -238,11 +250,11 @@ def _block(block: dict[str, Any]) -> str:
 
 def _constants() -> str:
     """The numbers of the shaders that a player's own code may need."""
-    lines = [
-        f"/** {entry['reason']} */\nexport const {name.upper()} = {json.dumps(entry['value'])};\n"
-        for name, entry in table("constants.json").items()
-        if not isinstance(entry["value"], list)
-    ]
+    lines = []
+    for name, entry in table("constants.json").items():
+        kind = ": readonly number[]" if isinstance(entry["value"], list) else ""
+        value = json.dumps(entry["value"])
+        lines.append(f"/** {entry['reason']} */\nexport const {name.upper()}{kind} = {value};\n")
     for name, number, about in macros():
         lines.append(f"/** {about} */\nexport const {name} = {number};\n")
     return "".join(lines)

@@ -18,6 +18,7 @@ from avatar_export.notes.converting import CAUSES
 from avatar_export.notes.note import Note, doubt, fact
 from avatar_export.provenance import with_rights
 from avatar_export.readers.table import find, read_with
+from avatar_export.relight import captured, relightable
 from avatar_export.writers.bundle import write_bundle
 from avatar_export.writers.table import INFLUENCES
 from avatar_runtime.avatar import Avatar
@@ -106,7 +107,14 @@ def read_source(source: Path, options: SourceOptions, progress: Callable[[str], 
         avatar = replace(avatar, clips=(*avatar.clips, *found.clips))
         clip_notes += found.notes
     clip_notes += gaps.doubts(replace(avatar, clips=avatar.clips[read:]))
-    return Source(check_avatar(avatar) if driving or options.clips else avatar, notes, tuple(clip_notes))
+    if options.relight:
+        progress("finding the normals and the light of the capture")
+        known = () if options.capture_light is None else captured(options.capture_light)
+        avatar = relightable(avatar, *known)
+    elif options.capture_light is not None:
+        raise AvatarError("needs --relight", field="--capture-light")
+    changed = driving or options.clips or options.relight
+    return Source(check_avatar(avatar) if changed else avatar, notes, tuple(clip_notes))
 
 
 def _avatar_notes(source: Source) -> list[Note]:

@@ -32,6 +32,13 @@ class SourceOptions(ReadOptions):
     license: License = None
     author: Author = None
     consent: Consent = None
+    relight: bool = option(
+        False,
+        "Let the light of a scene replace that of the capture, which is estimated: see `render --light`.",
+    )
+    capture_light: Path | None = option(
+        None, "JSON file with the light of the capture, for --relight, instead of an estimate."
+    )
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,19 @@ import numpy as np
 from avatar_export.driving.drive import unreached
 from avatar_export.readers import bundle
 from avatar_export.readers.table import find, read_with
-from avatar_runtime.avatar import Avatar, Embedding, Enhancer, SparseRows
+from avatar_runtime.avatar import Avatar, Embedding, Enhancer, Relight, SparseRows
 from avatar_runtime.bundle import MANIFEST, handedness, load, opener, read_manifest
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.light import sh_bases
 from avatar_runtime.packs import is_pack, placed, read_pack
 from avatar_runtime.topology import topology_hash
+
+# fmt: off
+SIDES = {
+    "right": (-1, 0, 0), "left": (1, 0, 0), "above": (0, 1, 0), "below": (0, -1, 0), "front": (0, 0, 1),
+    "behind": (0, 0, -1),
+}
+# fmt: on
 
 
 def inspect(path: Path, system: str | None = None) -> dict[str, Any]:
@@ -107,6 +115,7 @@ def summary(avatar: Avatar) -> dict[str, Any]:
         },
         "embedding": None if avatar.embedding is None else _embedding(avatar.embedding),
         "clips": {clip.name: f"{clip.frames} frames at {clip.fps:g} a second" for clip in avatar.clips},
+        "relight": None if avatar.relight is None else _relight(avatar.relight),
         "enhancer": None if avatar.enhancer is None else _enhancer(avatar.enhancer),
         "training_units_per_metre": avatar.training_per_bundle,
         "ranges": {
@@ -142,6 +151,12 @@ def _embedding(embedding: Embedding) -> dict[str, Any]:
         "topology_hash": topology_hash(embedding.triangles, len(embedding.canonical_vertices)),
         "displacement_mm": _rounded(1e3 * np.percentile(lift, [50, 100])),
     }
+
+
+def _relight(relight: Relight) -> dict[str, Any]:
+    """What the light of the capture moved with, and what it gave to surfaces that face six ways."""
+    given = {side: sh_bases(np.array(way)) @ relight.ambient for side, way in SIDES.items()}
+    return {"capture_light_moves_with": relight.frame, **{side: _rounded(rgb) for side, rgb in given.items()}}
 
 
 def _enhancer(enhancer: Enhancer) -> dict[str, Any]:

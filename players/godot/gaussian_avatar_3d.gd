@@ -35,6 +35,10 @@ static var _told_renderer := false
 ## Limits what [method drive] sets to the trained ranges.
 @export var within_range := false
 
+## Whether the light of the scene falls on it, in place of the light that it was captured in. Of files that
+## [code]avatar-export pack --relight[/code] made; others never change.
+@export var lit := true
+
 ## The names of the expressions.
 var names: PackedStringArray:
 	get:
@@ -45,6 +49,9 @@ var core: RefCounted
 
 ## What the file says of itself: name, license, consent, expressions, joints, clips, levels...
 var facts: Dictionary = {}
+
+## Grows whenever the pose is written.
+var changes := 0
 
 ## Why nothing is shown; empty otherwise.
 var error := ""
@@ -60,6 +67,7 @@ var _expressions: Dictionary[StringName, int] = {}  # names and aliases
 var _held: Dictionary[StringName, Variant] = {}  # values that this avatar has no property for
 var _inherited: Dictionary[StringName, bool] = {}  # properties that a scene has set: a scene that inherits it may set them back
 var _frame := PackedFloat32Array()
+var _light := PackedFloat32Array()  # as the effect has it
 var _pose_changed := true
 var _place_changed := true
 
@@ -170,6 +178,7 @@ func _show() -> void:
 	if core == null or not is_inside_tree():
 		return
 	Worlds.add(self)
+	_light.clear()
 	if RenderingServer.get_rendering_device() == null and DisplayServer.get_name() != "headless" and not _told_renderer:
 		_told_renderer = true
 		push_warning(NO_COMPUTE)
@@ -178,6 +187,7 @@ func _show() -> void:
 
 
 func _changed() -> void:
+	changes += 1
 	if not _pose_changed:
 		RenderingServer.instance_set_extra_visibility_margin(get_instance(), 0.0)  # the editor draws again
 	_pose_changed = true
@@ -196,6 +206,23 @@ func before_frame(effect: CompositorEffect) -> void:
 		if line != error and not line.is_empty():
 			push_error(line)
 		error = line
+
+
+## Whether the light of the scene changes it.
+func takes_light() -> bool:
+	return lit and facts.get("relit", false)
+
+
+## Hands on a light of lights.gd that has changed. Called by worlds.gd.
+func shine(effect: CompositorEffect, light: PackedFloat32Array) -> void:
+	if light != _light:
+		_light = light
+		effect.call(&"set_light", core, light)
+
+
+## The middle of where it stands, in the world.
+func middle() -> Vector3:
+	return global_transform * ((core.call(&"root") as Transform3D) * (facts["whole_target"] as Vector3))
 
 
 func _notification(what: int) -> void:

@@ -7,12 +7,14 @@ extends RefCounted
 ## the user is changed, and nothing of it is saved.
 
 const Self := preload("worlds.gd")
+const Lights := preload("lights.gd")
 const MOST_KEPT := 16  # compositors of ours for a world; then they are made anew
 
 static var _only: Self
 
 var _worlds: Dictionary[RID, World] = {}
 var _cameras: Dictionary[Camera3D, RID] = {}  # all in the tree; the scenario for which it has a compositor of ours
+var _lights: Array[Light3D] = []  # all in the tree
 var _tree: SceneTree
 
 
@@ -20,6 +22,7 @@ var _tree: SceneTree
 class World:
 	var scenario: RID
 	var effect: CompositorEffect
+	var lights: Lights
 	var avatars: Array[GaussianAvatar3D] = []
 	var group: StringName  # of the nodes WorldEnvironment that have a compositor, the one in force first
 	var ours: Dictionary[Compositor, Compositor] = {}
@@ -77,6 +80,7 @@ func _begin(tree: SceneTree) -> void:
 	_tree = tree
 	for camera: Camera3D in tree.root.find_children("*", "Camera3D", true, false):
 		_cameras[camera] = RID()
+	_lights.assign(tree.root.find_children("*", "Light3D", true, false))
 	tree.node_added.connect(_node_added)
 	tree.node_removed.connect(_node_removed)
 	RenderingServer.frame_pre_draw.connect(_before_frame)
@@ -91,12 +95,16 @@ func _end() -> void:
 func _node_added(node: Node) -> void:
 	if node is Camera3D:
 		_cameras[node as Camera3D] = RID()
+	elif node is Light3D:
+		_lights.append(node as Light3D)
 
 
 func _node_removed(node: Node) -> void:
 	if node is Camera3D:
 		_give_back(node as Camera3D)
 		_cameras.erase(node as Camera3D)
+	elif node is Light3D:
+		_lights.erase(node as Light3D)
 
 
 func _world_of(avatar: GaussianAvatar3D) -> World:
@@ -112,6 +120,7 @@ func _add(avatar: GaussianAvatar3D, scenario: RID) -> void:
 		world.effect = GaussianAvatar.make_effect()
 		if world.effect == null:
 			return
+		world.lights = Lights.new(world.effect)
 		world.scenario = scenario
 		world.group = "_world_compositor_%d" % scenario.get_id()
 		_worlds[scenario] = world
@@ -156,11 +165,25 @@ func _before_frame() -> void:
 		var world := _worlds[scenario]
 		for avatar in world.avatars:
 			avatar.before_frame(world.effect)
+		_shine(world)
 		var compositor := world.compositor(_compositor_in_force(world))
 		RenderingServer.scenario_set_compositor(scenario, compositor.get_rid())
 		world.tell()
 	for camera in _cameras:
 		_before_frame_of(camera)
+
+
+## Hands each avatar the light where it stands. Nothing is asked where none of them takes light.
+func _shine(world: World) -> void:
+	var is_asked := false
+	for avatar in world.avatars:
+		if avatar.takes_light():
+			if not is_asked:
+				world.lights.take_ambient(avatar.get_world_3d(), _lights)
+			is_asked = true
+			avatar.shine(world.effect, world.lights.on(avatar, _lights))
+		else:
+			avatar.shine(world.effect, PackedFloat32Array())
 
 
 func _before_frame_of(camera: Camera3D) -> void:

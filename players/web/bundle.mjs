@@ -1,4 +1,4 @@
-// esbuild with what this package needs: `inline-worker:FILE` imports a bundled worker as text.
+// esbuild with what this package needs: `inline-worker:FILE` imports a bundled worker as text, `light-presets:` lights by name.
 import { readFile } from "node:fs/promises";
 import { build } from "esbuild";
 import { basename, dirname, join, resolve } from "node:path";
@@ -28,6 +28,14 @@ const plainKernels = {
   },
 };
 
+/** One file of lights for the players and the commands. */
+const lightPresets = {
+  name: "light-presets",
+  setup(plugin) {
+    plugin.onResolve({ filter: /^light-presets:$/ }, () => ({ path: join(ROOT, "../../exporter/avatar_export/light_presets.json") }));
+  },
+};
+
 /** Options for the worker as one script. */
 const WORKER = { ...SHARED, format: "iife", minify: true, plugins: [givenInterfaces] };
 
@@ -49,7 +57,7 @@ const inlineWorker = {
 
 /** Runs esbuild; `also`: more plugins. What it makes has no worker.js beside it, unless `define` is empty. */
 export function bundle({ also = [], ...options }) {
-  return build({ ...SHARED, define: { "import.meta.url": '""' }, plugins: [...also, inlineWorker, plainKernels], ...options });
+  return build({ ...SHARED, define: { "import.meta.url": '""' }, plugins: [...also, inlineWorker, lightPresets, plainKernels], ...options });
 }
 
 /** Makes dist: a script for each entry point of package.json, the chunks that they share, and worker.js. Returns esbuild's results. */

@@ -35,6 +35,7 @@ from avatar_runtime.driving.frame import DrivingFrame
 from avatar_runtime.driving.idle import idle
 from avatar_runtime.engine_pose import EnginePose, engine_clip, engine_pose, target_names
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.light import DirectLight, Light
 from avatar_runtime.player import Frame, Player
 from avatar_runtime.pose import Pose, PoseArrays, joint_rotation, resolve
 from avatar_runtime.posed import Poser, posed_mesh
@@ -45,9 +46,10 @@ from avatar_runtime.version import __version__
 # fmt: off
 __all__ = [
     "BACKENDS", "F32", "F64", "I32", "I64", "U32", "Avatar", "AvatarError", "Blendshapes", "Camera", "Clip",
-    "Driver", "DrivingFrame", "EnginePose", "Enhancer", "Expression", "Frame", "Gaussians", "Group", "Image",
-    "Player", "Pose", "PoseArrays", "Poser", "RasterSettings", "Rig", "Rules", "SparseRows", "Splats",
-    "__version__", "check_avatar", "clip_pose", "default_backend", "engine_clip", "engine_pose", "idle",
-    "joint_rotation", "load", "posed_mesh", "resolve", "rotation", "rules", "target_names", "topology",
+    "DirectLight", "Driver", "DrivingFrame", "EnginePose", "Enhancer", "Expression", "Frame", "Gaussians",
+    "Group", "Image", "Light", "Player", "Pose", "PoseArrays", "Poser", "RasterSettings", "Rig", "Rules",
+    "SparseRows", "Splats", "__version__", "check_avatar", "clip_pose", "default_backend", "engine_clip",
+    "engine_pose", "idle", "joint_rotation", "load", "posed_mesh", "resolve", "rotation", "rules",
+    "target_names", "topology",
 ]
 # fmt: on

@@ -150,6 +150,20 @@ class Embedding:
 
 
 @dataclass(frozen=True)
+class Relight:
+    """What stage `light` needs: which way each Gaussian faces, and the light in which the avatar was captured."""
+
+    normal: F32  # [N, 3] unit, in the axes of each Gaussian: its quaternion turns it into the world
+    ambient: F32  # [9, 3] linear: what the captured light gave to a white matt surface, as SH of its normal
+    frame: str  # rules.LIGHT_FRAMES: what the captured light moves with
+    centre: tuple[
+        float, float, float
+    ]  # avatar space; what casts shadows lies within `radius` of it in every pose
+    radius: float  # bundle units
+    joint: str | None = None  # what frame `head` moves with; None: the avatar as a whole
+
+
+@dataclass(frozen=True)
 class Clip:
     """A named sequence of T poses at an even rate; arrays are in the order of the avatar's names."""
 
@@ -265,6 +279,7 @@ PLAYED = (  # the fields of an Avatar that its program depends on
     "raster",
     "training_per_bundle",
     "embedding",
+    "relight",
 )
 
 
@@ -317,6 +332,7 @@ class Avatar:
     embedding: Embedding | None = None  # where the binding is surface; all groups have it then, or none
     clips: tuple[Clip, ...] = ()
     enhancer: Enhancer | None = None
+    relight: Relight | None = None  # None: no light of a scene changes its colours
     packed: Packed | None = field(default=None, compare=False, repr=False)  # if it was read from a pack
 
     @property

@@ -11,14 +11,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from avatar_runtime.avatar import Avatar, Clip, Embedding, Enhancer, Gaussians, Rig
+import numpy as np
+
+from avatar_runtime.avatar import Avatar, Clip, Embedding, Enhancer, Gaussians, Relight, Rig
 from avatar_runtime.checks import arguments
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.codec import json_text, ply, safetensors
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec.clips import read_clip_tensors
 from avatar_runtime.codec.embedding import read_embedding_tensors
-from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors
+from avatar_runtime.codec.tensors import read_gaussian_tensors, read_rig_tensors, tensor
 from avatar_runtime.handedness import mirrored
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.files import open_file
@@ -162,8 +164,20 @@ def _avatar(document: dict[str, Any], checked: Callable[[str], Data]) -> Avatar:
             embedding=_embedding(document, checked),
             clips=_clips(document, checked),
             enhancer=_enhancer(document, checked),
+            relight=_relight(document, checked),
         )
     )
+
+
+def _relight(document: dict[str, Any], checked: Callable[[str], Data]) -> Relight | None:
+    said = document.get("relight")
+    if said is None:
+        return None
+    name = "light.safetensors"
+    normal = tensor(safetensors.decode(checked(name), name), "normal", name)
+    if normal.dtype != np.float32:
+        raise AvatarError(f"is {normal.dtype}, expected float32", file=name, field="normal")
+    return codec.decode_relight(said, normal)
 
 
 def _rig(document: dict[str, Any], checked: Callable[[str], Data], expressions: int, late: int) -> Rig | None:

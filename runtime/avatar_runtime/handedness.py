@@ -26,10 +26,12 @@ from avatar_runtime.avatar import (
     Driving,
     Embedding,
     Gaussians,
+    Relight,
     Rig,
     Rules,
     SparseRows,
 )
+from avatar_runtime.light import Light
 from avatar_runtime.pose import Pose
 from avatar_runtime.rules import MIRRORED_SIGNS
 
@@ -72,6 +74,7 @@ def mirrored(avatar: Avatar) -> Avatar:
         driving=_driving(avatar.driving),
         embedding=None if avatar.embedding is None else _embedding(avatar.embedding, rules),
         clips=tuple(_clip(clip) for clip in avatar.clips),
+        relight=None if avatar.relight is None else _relight(avatar.relight),
     )
 
 
@@ -168,6 +171,24 @@ def _embedding(e: Embedding, rules: Rules) -> Embedding:
         displacement=-e.displacement,
         local_offset=_signed(e.local_offset, TRIANGLE),
         local_quat_wxyz=quat[:, ::-1].copy() if in_triangle else mirrored_quats(quat),
+    )
+
+
+def _relight(relight: Relight) -> Relight:
+    x, y, z = relight.centre
+    return replace(
+        relight,
+        normal=mirrored_points(relight.normal),
+        ambient=_signed(relight.ambient, SH_IN_X[: len(relight.ambient), None]),
+        centre=(-x, y, z),
+    )
+
+
+def mirrored_light(light: Light) -> Light:
+    """The same light in the other frame."""
+    lights = (replace(one, place=(-one.place[0], *one.place[1:])) for one in light.lights)
+    return replace(
+        light, ambient=_signed(light.ambient, SH_IN_X[: len(light.ambient), None]), lights=tuple(lights)
     )
 
 

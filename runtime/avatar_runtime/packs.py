@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.avatar import Avatar, Clip, Driving, Group, Packed, Rig
+from avatar_runtime.avatar import F32, Avatar, Clip, Driving, Group, Packed, Relight, Rig
 from avatar_runtime.checks.avatar import check_avatar, check_driving, check_groups
 from avatar_runtime.codec import manifest as codec
 from avatar_runtime.codec import pack as file_codec
@@ -136,11 +136,18 @@ def _avatar(held: file_codec.PackFile, level: int) -> Avatar:
         rig=rig,
         embedding=arrays.embedding,
         clips=_clips(held, document["clips"]),
+        relight=_relight(document.get("relight"), program, arrays.normal),
     )
     check_avatar(avatar, packed=True)
     if (spelled := spelled_driving(held.document)) is not None:
         check_driving(avatar, spelled)
     return with_program(avatar, program, level, partial(_avatar, held))
+
+
+def _relight(said: Mapping[str, Any] | None, program: Program, normal: F32 | None) -> Relight | None:
+    if any(bool(level.light) != (said is not None) for level in program.levels):
+        raise AvatarError("goes with passes of stage light, and they with it", field="$.avatar.relight")
+    return None if said is None or normal is None else codec.decode_relight(said, normal)
 
 
 def spelled_driving(document: Mapping[str, Any]) -> Driving | None:

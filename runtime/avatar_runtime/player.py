@@ -16,6 +16,7 @@ from avatar_runtime.camera import Camera
 from avatar_runtime.checks import arguments
 from avatar_runtime.enhance import make_enhance
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.light import Light
 from avatar_runtime.pose import Pose, resolve
 from avatar_runtime.posed import Clock, Posed, Poser
 from avatar_runtime.program.chunks import BUFFER_LIMIT
@@ -68,6 +69,7 @@ class Player:
         level: int | None = None,
         enhance: bool = False,
         threads: int | None = None,
+        light: Light | None = None,
         context: Context | None = None,
         es: bool = False,
         buffer_limit: int = BUFFER_LIMIT,
@@ -79,12 +81,14 @@ class Player:
         """
         level: level of detail of an avatar from a pack, 0 the finest; None: the avatar as it is.
         enhance: apply the avatar's enhancer to every image.
+        light: the light of the scene; None: the avatar is shown in the light of its capture, as trained.
         threads: of backend `cpu`; None: one a core, at most 8.
         context and all that follow: of backend `gl`; `backends.gl.GlBackend` says what they mean.
 
-        Raises AvatarError if a library that the backend or the enhancer needs is not installed, if the avatar has no
-        such level, and if `enhance` is set but the avatar has no valid enhancer; TypeError and ValueError for
-        arguments of other types, an unknown backend, and an option that another backend has.
+        Raises AvatarError if a light is given and the avatar does not say in what light it was captured, if a library
+        that the backend or the enhancer needs is not installed, if the avatar has no such level, and if `enhance` is
+        set but the avatar has no valid enhancer; TypeError and ValueError for arguments of other types, an unknown
+        backend, and an option that another backend has.
         """
         if isinstance(avatar, str | PathLike):
             raise arguments.wrong_type("avatar", avatar, "an Avatar, which load(path) gives,")
@@ -105,6 +109,26 @@ class Player:
             timed=timed,
         )
         self._poser = Poser(avatar)
+        self._light: Light | None = None
+        self.light = light
+
+    @property
+    def light(self) -> Light | None:
+        """The light of the scene; None: as trained."""
+        return self._light
+
+    @light.setter
+    def light(self, light: Light | None) -> None:
+        """Raises as the constructor."""
+        if light is not None:
+            arguments.instance("light", light, Light)
+            if self.avatar.relight is None:
+                raise AvatarError(
+                    "its colours hold an unknown light; make it with `convert --relight` or `pack --relight`",
+                    owner=self.avatar.name,
+                    field="light",
+                )
+        self._light = light
 
     @ABSURD
     def posed(
@@ -115,7 +139,7 @@ class Player:
             raise ValueError("this player is closed")
         vertices = None if posed_vertices is None else _mesh_vertices(self.avatar, posed_vertices)
         arrays = resolve(pose, self.avatar)
-        return (clock or Clock()).timed("joints", lambda: self._poser.posed(arrays, vertices))
+        return (clock or Clock()).timed("joints", lambda: self._poser.posed(arrays, vertices, self._light))
 
     @ABSURD
     def animate(

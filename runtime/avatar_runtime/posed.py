@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, Avatar, Rig
+from avatar_runtime.light import Light, LightArrays, head_joint, light_arrays
 from avatar_runtime.pose import PoseArrays
 from avatar_runtime.stages.groups import GroupTransforms, group_transforms
 from avatar_runtime.stages.joints import Joints, joints
@@ -46,6 +47,7 @@ class Posed:
     groups: GroupTransforms
     world_from_avatar: F64  # [4, 4] rigid
     vertices: F32 | None = None  # [V, 3] a posed mesh that replaces the rig's
+    light: LightArrays | None = None  # None: stages shadow and light do not run
 
 
 class Poser:
@@ -55,8 +57,8 @@ class Poser:
         self.avatar = avatar
         self._anchors = _anchor_rig(avatar)
 
-    def posed(self, arrays: PoseArrays, vertices: F32 | None = None) -> Posed:
-        """Stage `joints`, and the transforms of the groups."""
+    def posed(self, arrays: PoseArrays, vertices: F32 | None = None, light: Light | None = None) -> Posed:
+        """Stage `joints`, the transforms of the groups, and the numbers of a light."""
         state: Joints | None = None
         anchors: F32 | None = None
         if self.avatar.rig is not None:
@@ -74,7 +76,15 @@ class Poser:
             group_transforms(self.avatar, state, anchors),
             arrays.world_from_avatar,
             vertices,
+            None if light is None else self._lit(light, arrays, state),
         )
+
+    def _lit(self, light: Light, arrays: PoseArrays, state: Joints | None) -> LightArrays | None:
+        relight, head = self.avatar.relight, head_joint(self.avatar)
+        if relight is None:
+            return None
+        turned = None if head is None or state is None else state.skin_matrix[head]
+        return light_arrays(light, relight, arrays.world_from_avatar, turned)
 
 
 def posed_mesh(rig: Rig, arrays: PoseArrays, state: Joints) -> F32:

@@ -43,6 +43,7 @@ TRAINED_SIGNS = tuple(name for name in QUATERNION_SIGNS if name not in MIRRORED_
 SH_DIRECTIONS = names("sh_direction")
 ANCHOR_RULES = names("anchor")
 HEAD_POSE_IN = names("head_pose_in")
+LIGHT_FRAMES = names("light_frame")
 BACKGROUNDS = names("background")  # if it is not one colour
 DRIVING_MODES = names("driving_mode")
 # With an embedding, rotation, position and scale are of one family, in any combination.

@@ -52,6 +52,9 @@ def subset(avatar: Avatar, rows: npt.NDArray[Any], vertices: npt.NDArray[Any]) -
         skin=avatar.skin.take(rows),
         rig=None if avatar.rig is None else _rig(avatar.rig, vertices, embedding),
         embedding=embedding,
+        relight=None
+        if avatar.relight is None
+        else replace(avatar.relight, normal=avatar.relight.normal[rows]),
     )
     return Subset(_with_codes(avatar, part, rows, vertices), rows, vertices)
 

@@ -15,6 +15,7 @@ import numpy as np
 from samples.capture.body import write_body
 from samples.capture.extras import EXTRAS
 from samples.capture.head import write_head
+from samples.capture.light import write_light
 from samples.capture.shots import Noise
 from samples.capture.unseen import write_unseen
 
@@ -68,6 +69,12 @@ def main() -> None:
         metavar="N",
         help="instead: the truth of N poses of the head that no sample is trained on, for samples.closeups",
     )
+    parser.add_argument(
+        "--light",
+        action="store_true",
+        help="instead: the truth of 10 poses of the head in 12 lights that no sample is trained in, for bench.light",
+    )
+    parser.add_argument("--shadows", action="store_true", help="of --light: the first light casts shadows")
     for name in EXTRAS:
         parser.add_argument(
             f"--{name}", dest="worn", action="append_const", const=name, help="put on the head; made by code"
@@ -77,14 +84,18 @@ def main() -> None:
     noise = Noise(given.tracking_noise, given.calibration_noise, given.seed)
     held_out = tuple(name for name in given.hold_out.split(",") if name)
     worn = tuple(given.worn or ())
-    if given.subject == "head" and given.unseen is not None:
+    if given.shadows and not given.light:
+        parser.error("--shadows is of --light")
+    if given.subject == "head" and given.light:
+        print(write_light(given.out, given.size, worn, given.shadows))
+    elif given.subject == "head" and given.unseen is not None:
         print(write_unseen(given.out, given.size, given.unseen, worn))
     elif given.subject == "head":
         yaw = np.radians(given.yaw)
         more = given.jitter, given.close
         print(write_head(given.out, given.size, given.frames, noise, held_out, yaw, worn, *more))
-    elif given.jitter or given.close or given.unseen is not None:
-        parser.error("--jitter, --close and --unseen are of the head")
+    elif given.jitter or given.close or given.light or given.unseen is not None:
+        parser.error("--jitter, --close, --unseen and --light are of the head")
     elif worn:
         parser.error(f"the body wears no {' and no '.join(worn)}")
     else:

@@ -71,10 +71,10 @@ class Extra(Mesh):
     gloss: tuple[float, float]  # strength of the highlight, its exponent
 
 
-def worn_with(surface: Surface, extra: Extra, gain: F64, gloss: F64) -> Surface:
-    """`surface` and the extra as one, with `gain` and `gloss` [V] of the extra; the texture gets a row of its colours.
+def worn_with(surface: Surface, extra: Extra, vertices: F64, gain: F64, gloss: F64) -> Surface:
+    """`surface` and the extra as one, with `vertices` [V, 3], `gain` and `gloss` [V] of the extra.
 
-    The rasteriser then decides which hides the other.
+    The texture gets rows of the extra's colours. The rasteriser then decides which hides the other.
     """
     colours, which = np.unique(extra.rgb.astype(np.float32), axis=0, return_inverse=True)
     height, width = surface.texture.shape[:2]
@@ -87,7 +87,7 @@ def worn_with(surface: Surface, extra: Extra, gain: F64, gloss: F64) -> Surface:
     middle = np.stack([(which % width + 0.5) / width, (height + which // width + 0.5) / len(texture)], axis=1)
     own = surface.uv * np.array([1, height / len(texture)], np.float32)
     return Surface(
-        np.concatenate([surface.vertices, extra.vertices]),
+        np.concatenate([surface.vertices, vertices]),
         np.concatenate([surface.triangles, extra.triangles + len(surface.vertices)]),
         np.concatenate([own, np.repeat(middle[:, None], 3, axis=1)]).astype(np.float32),
         texture,

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -14,29 +12,24 @@ import numpy.typing as npt
 from PIL import Image
 
 from avatar_runtime.camera import Camera
-from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from avatar_trainer.captures.own import Shot, write
 from avatar_trainer.head import (
     GAUSSIAN_SHAPES,
     JOINTS,
     BodyModel,
     Head,
-    Mesh,
     build_body_model,
     closing_lids,
     driving,
     save_body,
     smoothstep,
     tracking_body,
-    unit,
 )
-from samples.capture.extras import EXTRAS, Extra, worn_with
-from samples.capture.eyes import lid_shade, painted_eyes
+from samples.capture.extras import EXTRAS
+from samples.capture.model import Model
 from samples.capture.shots import Noise, camera_towards, rays_per_pixel, shot, splits
-from samples.subjects.colour import surface_opacity
-from samples.subjects.head import DATA, load_head
-from samples.subjects.surface import Samples
-from samples.subjects.take import Take, performed, posed_vertices, recording
+from samples.subjects.head import load_head
+from samples.subjects.take import Take, performed, recording
 
 Array = npt.NDArray[Any]
 
@@ -56,11 +49,6 @@ WIDE = (0.16, 0.23, 0.35, 0.42)  # shares of the capture between which a wider y
 DISTANCE, NEARER = 0.86, (0.05, 4.0, 0.7)  # metres; share of it
 TARGET = (0.0, -0.025, 0.0)
 FOV_Y = 0.43
-# The light stands before the subject's left temple and turns with the head, as the head's pose lives in the camera.
-LIGHT = unit(np.array([0.35, 0.55, 0.76]))
-DARK, LIT, WRAP = 0.80, 0.26, 0.3
-# (part of the head, strength of the highlight, its exponent)
-GLOSS = {"skin": (0.07, 10.0), "wet": (0.12, 25.0), "eye": (0.45, 60.0)}
 SOURCE = (
     "synthetic: computed pictures of a scanned head, no footage; moved by a real range-of-motion recording and "
     "exercises, seen by a computed camera; parameters exact but for the noise asked for"
@@ -72,87 +60,6 @@ LICENSE = (
 )
 AUTHOR = "scan: Lee Perry-Smith; pictures: avatar-export samples.capture"
 CONSENT = "the scan bears the name of Lee Perry-Smith, who published it for any use that names him"
-WET, EYES = ("upper_teeth", "lower_teeth", "upper_gums", "lower_gums"), ("left_eye", "right_eye")
-
-
-@dataclass(frozen=True)
-class Model:
-    """The textured head that images are made of."""
-
-    head: Head
-    body: BodyModel  # of every vertex
-    worn: tuple[Extra, ...] = ()
-
-    @cached_property
-    def texture(self) -> tuple[Array, Array]:
-        """(image f32 [h, w, 3], uv f32 [F, 3, 2])."""
-        image = np.asarray(Image.open(DATA / "head_texture.webp").convert("RGB"), np.float32) / 255
-        with np.load(DATA / "head_uv.npz", allow_pickle=False) as file:
-            return painted_eyes(self.head, image, file["uv"]), file["uv"]
-
-    @cached_property
-    def opacity(self) -> Array:
-        """[V] the lower edge of the bust fades out."""
-        v = len(self.head.vertices)
-        nothing = np.zeros((v, 3, 3))
-        at = Samples(np.zeros(v, int), np.zeros((v, 3)), self.head.vertices, nothing, np.zeros(v))
-        return surface_opacity(self.head, at).astype(np.float32)
-
-    @cached_property
-    def gloss(self) -> tuple[Array, Array]:
-        """(strength [V], exponent [V]) of the highlights."""
-        table = np.tile(GLOSS["skin"], (len(self.head.vertices), 1))
-        table[self.head.in_part(*WET)] = GLOSS["wet"]
-        table[self.head.in_part(*EYES)] = GLOSS["eye"]
-        table[self.head.in_part("mouth_socket", "eye_sockets"), 0] = 0
-        strength, exponent = table.T
-        return strength, exponent
-
-    def image(self, take: Take, frame: int, camera: Camera, samples: int) -> MeshImage:
-        """One frame of a take, seen by `camera`."""
-        return draw(self._surface(take, frame, camera), camera, samples)
-
-    def region(self, take: Take, frame: int, camera: Camera, samples: int) -> Array:
-        """[H, W] share of each pixel in which something worn is seen; independent of the light."""
-        surface = self._surface(take, frame, camera)
-        own = np.arange(len(surface.vertices)) < len(self.head.vertices)
-        white = np.ones_like(surface.texture)
-        lit = replace(
-            surface, texture=white, gain=(~own).astype(np.float32), gloss=np.zeros_like(surface.gloss)
-        )
-        image = draw(lit, camera, samples)
-        share: Array = image.colour[..., 0] * image.alpha
-        return share
-
-    def _surface(self, take: Take, frame: int, camera: Camera) -> Surface:
-        """The lit head of a frame, with the things worn."""
-        mesh = Mesh(posed_vertices(self.body, take, frame), self.head.triangles)
-        texture, uv = self.texture
-        gain, shine = _lit(mesh, camera, *self.gloss)
-        shade = lid_shade(self.head, mesh)
-        gain, shine = shade * gain, shade * shine
-        surface = Surface(
-            mesh.vertices,
-            mesh.triangles,
-            uv,
-            texture,
-            gain.astype(np.float32),
-            shine.astype(np.float32),
-            self.opacity,
-        )
-        for extra in self.worn:
-            gain, shine = _lit(extra, camera, *map(np.array, extra.gloss))
-            surface = worn_with(surface, extra, extra.shade * gain, extra.shade * shine)
-        return surface
-
-
-def _lit(mesh: Mesh, camera: Camera, strength: Array, exponent: Array) -> tuple[Array, Array]:
-    """(factor on the colour [V], what shines [V]) of a mesh in the light."""
-    normal = mesh.vertex_normals
-    lambert = np.clip((normal @ LIGHT + WRAP) / (1 + WRAP), 0, 1)
-    half = unit(LIGHT + unit(camera.centre - mesh.vertices))
-    shine = strength * np.clip(np.sum(half * normal, axis=1), 0, 1) ** exponent
-    return DARK + LIT * lambert, shine
 
 
 def blinking_head() -> Head:

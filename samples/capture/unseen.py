@@ -19,7 +19,8 @@ from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.io.errors import AvatarError
 from avatar_trainer.head import Head, build_body_model, save_body, tracking_body
 from samples.capture.extras import EXTRAS
-from samples.capture.head import Model, blinking_head, shots, write_frames
+from samples.capture.head import blinking_head, shots, write_frames
+from samples.capture.model import Model
 from samples.capture.shots import Noise, camera_towards
 from samples.subjects.take import RECORDING, Take, performed, posed_vertices
 

@@ -26,7 +26,8 @@ from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.asm.kernels.zbuffer import depth_buffers, in_front
 from avatar_trainer.captures.mesh_raster import MeshImage, Surface, draw
 from avatar_trainer.head import Head, build_body_model
-from samples.capture.head import AUTHOR, CONSENT, DARK, LICENSE, LIGHT, LIT, WRAP, Model
+from samples.capture.head import AUTHOR, CONSENT, LICENSE
+from samples.capture.model import Model, matt
 from samples.capture.shots import camera_towards, rays_per_pixel
 from samples.subjects.head import load_head
 
@@ -95,14 +96,13 @@ def camera_at(view: int, size: int) -> tuple[Array, Array, Array]:
 def surface_of(model: Model) -> Surface:
     """The head at rest, lit by a light that is fixed to it."""
     head = model.head
-    lambert = np.clip((head.vertex_normals @ LIGHT + WRAP) / (1 + WRAP), 0, 1)
     texture, uv = model.texture
     return Surface(
         head.vertices,
         head.triangles,
         uv,
         texture,
-        (DARK + LIT * lambert).astype(np.float32),
+        matt(head.vertex_normals).astype(np.float32),
         np.zeros(len(head.vertices), np.float32),
         model.opacity,
     )

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from avatar_runtime.rotation import matrix_from_rotvec
 from avatar_trainer.captures.mesh_raster import Surface
 from avatar_trainer.head import (
     NECK,
@@ -26,13 +25,13 @@ from avatar_trainer.head import (
 from avatar_trainer.head.person import with_own_lids
 from samples.capture.extras import Extra, glasses, hair, worn_with
 from samples.capture.eyes import lid_shade
-from samples.capture.head import EYES, GLOSS, WET
+from samples.capture.model import EYES, GLOSS, WET
 from samples.films.motion import Motion
 from samples.films.shirt import Shirt, folds, shirt, shoulders
 from samples.films.skin import SKINS, painted
 from samples.films.table import SCAN, Film
 from samples.subjects.head import DATA, load_head
-from samples.subjects.take import Take, performed, posed_vertices
+from samples.subjects.take import Take, joint_motion, performed, posed_vertices
 
 Array = npt.NDArray[Any]
 
@@ -75,7 +74,7 @@ class Person:
             self.head.vertices, self.head.triangles[seen], uv[seen], image, none, none, np.ones(v, np.float32)
         )
         for extra in (self._cloth, *(extra for extra, _ in self.rigid)):
-            surface = worn_with(surface, extra, extra.shade, extra.shade)
+            surface = worn_with(surface, extra, extra.vertices, extra.shade, extra.shade)
         return surface
 
     @cached_property
@@ -126,13 +125,7 @@ class Person:
 
     def joint(self, take: Take, frame: int, joint: int) -> tuple[Array, Array]:
         """(R, t) of the trunk or the skull: a point x that follows it is at R x + t."""
-        rest = self.body.joints.astype(np.float64)
-        turn = matrix_from_rotvec(take.pose[frame, ROOT].astype(np.float64))
-        origin = rest[ROOT]
-        if joint == NECK:
-            origin = origin + turn @ (rest[NECK] - rest[ROOT])
-            turn = turn @ matrix_from_rotvec(take.pose[frame, NECK].astype(np.float64))
-        return turn, origin - turn @ rest[joint]
+        return joint_motion(self.body, take, frame, joint)
 
     def posed(self, take: Take, frame: int) -> Posed:
         """The figure in a frame of a take."""

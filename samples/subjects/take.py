@@ -130,6 +130,17 @@ def posed_vertices(body: BodyModel, take: Take, frame: int) -> Array:
     return posed
 
 
+def joint_motion(body: BodyModel, take: Take, frame: int, joint: int) -> tuple[Array, Array]:
+    """(R, t) of the trunk (ROOT) or the skull (NECK): a point x that follows it is at R x + t."""
+    rest = body.joints.astype(np.float64)
+    turn = matrix_from_rotvec(take.pose[frame, ROOT].astype(np.float64))
+    origin = rest[ROOT]
+    if joint == NECK:
+        origin = origin + turn @ (rest[NECK] - rest[ROOT])
+        turn = turn @ matrix_from_rotvec(take.pose[frame, NECK].astype(np.float64))
+    return turn, origin - turn @ rest[joint]
+
+
 def save_flame_params(take: Take, path: Path, units_per_metre: float) -> None:
     """IMavatar's flame_params.json: a camera in front of the face, shape, and expression and pose of each frame."""
     camera = np.c_[np.diag([1.0, -1.0, -1.0]), (0.0, 0.0, 0.9 * units_per_metre)]

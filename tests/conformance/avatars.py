@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Rules, SparseRows
+from avatar_runtime.avatar import Avatar, Blendshapes, Driving, Gaussians, Group, Relight, Rules, SparseRows
 from avatar_runtime.checks.avatar import check_avatar
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 from avatar_runtime.stages.surface import binding_pose
@@ -87,6 +87,24 @@ def _unrigged(full: Avatar, gaussians: Gaussians, blendshapes: Blendshapes) -> A
     )
 
 
+def _lit(avatar: Avatar, frame: str, seed: int) -> Avatar:
+    """Normals and a light of the capture that differ in every number; dark from some sides."""
+    rng = np.random.default_rng(seed)
+    normal = rng.standard_normal((avatar.gaussians.count, 3))
+    ambient = np.vstack([[[2.2, 1.9, 1.6]], rng.normal(0, 0.35, (8, 3))])
+    low, high = avatar.gaussians.mean.min(axis=0), avatar.gaussians.mean.max(axis=0)
+    centre, radius = (low + high).astype(np.float64) / 2, 0.6 * float(np.linalg.norm(high - low))
+    relight = Relight(
+        (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32),
+        ambient.astype(np.float32),
+        frame,
+        tuple(centre.tolist()),
+        radius,
+        avatar.driving.head_joint,
+    )
+    return check_avatar(replace(avatar, relight=relight))
+
+
 TURNED = "vertex_quaternion"
 PAPER = Rules("vertex_quaternion_mean", position="interpolated_normal", scale="linear_area")
 JOINTED = Rules("bary_vertex_lbs", position="interpolated_normal")
@@ -109,4 +127,6 @@ AVATARS: Mapping[str, Callable[[], Avatar]] = {
     "surface_unrigged": lambda: _surface(Rules(TURNED, scale="log_area"), 2, rigged=False),
     "surface_fine": _fine,
     "edges": _edges,
+    "lit_head": lambda: _lit(_skinned(Rules("polar3"), 1), "head", 31),
+    "lit_world": lambda: _lit(_surface(Rules(TURNED), 0), "world", 32),
 }

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.conformance import Case
+from avatar_runtime.light import DirectLight, Light, even
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
 
@@ -38,9 +39,20 @@ class Row:
     )  # distance, yaw, pitch, vertical field of view
     background: tuple[float, float, float] = (0.1, 0.25, 0.4)
     joint_turn: tuple[float, float] | None = None  # radians, from and to, of every joint; None: about 0.6
+    light: Light | None = None
 
 
 ASIDE = (0.3, -0.9, -0.35, 0.9)
+SUN, LAMP = (
+    DirectLight((0.6, 1.1, 0.9), (1.4, 1.2, 1.0)),
+    DirectLight((-0.3, 0.2, 0.4), (0.1, 0.2, 0.3), point=True),
+)
+BEHIND, BESIDE = (
+    DirectLight((-0.3, 0.2, -1.0), (0.2, 0.1, 0.6)),
+    DirectLight((0.4, -0.3, 0.0), (0.05, 0.01, 0.0), True),
+)
+SKY = np.random.default_rng(41).normal(0, 0.2, (9, 3)).astype(np.float32)
+STUDIO = Light(SKY + even((0.5, 0.6, 0.7)), (SUN, LAMP, BEHIND, BESIDE), shadow=True)
 
 CASES: tuple[Row, ...] = (
     Row("skin_polar", "rest", "the neutral pose: nothing moves, SH are still seen from the camera's side"),
@@ -131,6 +143,30 @@ CASES: tuple[Row, ...] = (
         orbit=(1.0, 0.0, 0.0, 1.2),
     ),
     Row("edges", "blended", "the same with expressions on every row", 12, (72, 56), (1.0, 0.0, 0.0, 1.2)),
+    Row("lit_head", "rest", "the light of the capture: colours as trained"),
+    Row(
+        "lit_head",
+        "studio",
+        "nine rows of ambient light, four lights, the first of which casts a shadow; the light of the capture turns "
+        "with the head, normals turn with their Gaussians",
+        seed=17,
+        light=STUDIO,
+    ),
+    Row(
+        "lit_head",
+        "lamp",
+        "one near lamp that casts a shadow, and no other light: dark colours, a shadow map in perspective",
+        seed=18,
+        orbit=ASIDE,
+        light=Light(even((0.0, 0.0, 0.0)), (LAMP,), shadow=True),
+    ),
+    Row(
+        "lit_world",
+        "studio",
+        "the light of the capture stays where it was when the avatar turns; no shadow",
+        seed=19,
+        light=replace(STUDIO, shadow=False),
+    ),
 )
 
 
@@ -143,7 +179,7 @@ def _case(row: Row, avatar: Avatar) -> Case:
     distance, yaw, pitch, fov_y = row.orbit
     camera = Camera.orbit(np.zeros(3), distance, yaw, pitch, fov_y, *row.size)
     pose = Pose() if row.seed is None else _pose(avatar, row)
-    return Case(row.name, row.why, pose, camera, row.background)
+    return Case(row.name, row.why, pose, camera, row.background, light=row.light)
 
 
 def _pose(avatar: Avatar, row: Row) -> Pose:

@@ -56,7 +56,7 @@ def assert_complete(report: Report, avatar: str, backend: str) -> None:
         for row in CASES
         if row.avatar == avatar
         for stage, table in STAGE_ARRAYS.items()
-        if WHEN[table.when](made)
+        if WHEN[table.when](made, row.light)
         for profile in (profiles if stage == "raster" else (None,))
         for array in table.outputs
     }
@@ -100,7 +100,8 @@ def test_committed_tolerances_are_those_of_the_table(avatar: str) -> None:
                 approximately = replace(found.outputs[array], atol=expected.atol)
                 assert approximately == expected
                 assert found.outputs[array].atol == pytest.approx(expected.atol, rel=1e-4)
-                assert expected.most_flips <= 1
+                most = 12 if found.stage == "shadow" else 1  # 6000 texels are covered
+                assert expected.most_flips <= most
                 if expected.weight is not None:
                     weight = fresh.tensors[expected.weight]
                     np.testing.assert_allclose(tensors[expected.weight], weight, rtol=1e-3)

@@ -27,4 +27,4 @@ def test_every_stage_that_has_shaders_is_planted_or_exact() -> None:
     """Sums and exp of morph, blend and activate are covered by tolerances; the sort is exact."""
     planted = {stage for fault in FAULTS for stage in fault.stages}
     assert planted <= set(STAGE_ARRAYS)
-    assert {"skin", "bind", "project", "raster"} <= planted
+    assert {"skin", "bind", "shadow", "project", "light", "raster"} <= planted

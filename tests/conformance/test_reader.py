@@ -109,3 +109,11 @@ def test_javascript_allows_what_may_flip_and_no_more() -> None:
     off[1] = value(name, 1) + 3e-3
     assert failing("edges", thresholds__raster___engine__transmittance=off) == {name}
     assert failing("edges", thresholds__raster___engine__transmittance={0: value(name, 0) + 0.5}) == {name}
+
+
+def test_javascript_lets_the_edge_of_a_shadow_flip() -> None:
+    """A few texels may be anything, more may not."""
+    name = "studio/shadow/shadow"
+    most = committed("lit_head").cases[1].steps[6].outputs["shadow"].most_flips
+    assert failing("lit_head", studio__shadow__shadow=dict.fromkeys(range(most), 0.25)) == set()
+    assert failing("lit_head", studio__shadow__shadow=dict.fromkeys(range(most + 1), 0.25)) == {name}

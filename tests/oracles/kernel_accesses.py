@@ -14,7 +14,8 @@ from avatar_schema import rules
 
 MASK = 0xFFFFFFFF
 THREADS = 64
-BUDGET = 400_000  # accesses of one program of these tests: a sound one takes a tenth
+LAST_TEXEL = 256 * 256 - 1  # of a shadow map
+BUDGET = 800_000  # accesses of one program of these tests: a sound one takes a tenth
 
 
 class Harm(Exception):
@@ -87,7 +88,7 @@ def walk(program: Program, sound: frozenset[tuple[int, ...]] = frozenset()) -> N
     for one in program.mesh:
         walked(one)
     for level in program.levels:
-        for one in (*level.deform, *level.view):
+        for one in (*level.deform, *level.view, *level.shadow, *level.light):
             walked(one)
         for index, chunk in enumerate(level.chunks):
             buffer = held[level.names("Projected")[index]]
@@ -361,15 +362,33 @@ def project(row: int, c: Mapping[str, int], b: Mapping[str, Guarded]) -> None:
         b["Projected"].write(plane * count + row)
 
 
+def shadow_clear(row: int, c: Mapping[str, int], b: Mapping[str, Guarded]) -> None:
+    if row < c["texels"]:
+        b["Shadow"].write_float(row)
+
+
+def shadow_mesh(row: int, c: Mapping[str, int], b: Mapping[str, Guarded]) -> None:
+    if row < c["triangles"]:
+        for at in range(row, 3 * c["triangles"], c["triangles"]):
+            b["Mesh"].read(code(b["CornerStatic"], c["corners"], at, c["corners_width"]))
+        b["Shadow"].write_float(LAST_TEXEL)
+
+
+def shadow(row: int, c: Mapping[str, int], b: Mapping[str, Guarded]) -> None:
+    if row < c["count"]:
+        b["Splats"].read(4 * c["count"] + row)
+        b["Shadow"].write_float(LAST_TEXEL)
+
+
+def light(row: int, c: Mapping[str, int], b: Mapping[str, Guarded]) -> None:
+    if row < c["count"]:
+        linear3(b["LightStatic"], c["normal"], row, c["count"], c["normal_width"], c["normal_scale"])
+        b["Splats"].read(c["count"] + row)
+        b["Shadow"].read_float(LAST_TEXEL)
+        b["Projected"].write(2 * c["count"] + row)
+
+
 Kernel = Callable[[int, Mapping[str, int], Mapping[str, Any]], None]
-KERNELS: Mapping[str, Kernel] = {
-    "morph": morph,
-    "skin": skin,
-    "blend": blend,
-    "bind_skin": bind_skin,
-    "bind_triangles": bind_triangles,
-    "bind_vertices": bind_vertices,
-    "bind_surface": bind_surface,
-    "activate": activate,
-    "project": project,
-}
+_MESH: tuple[Kernel, ...] = (morph, skin, bind_triangles, bind_vertices, bind_surface)
+_OTHERS: tuple[Kernel, ...] = (blend, bind_skin, activate, project, shadow_clear, shadow_mesh, shadow, light)
+KERNELS: Mapping[str, Kernel] = {one.__name__: one for one in (*_MESH, *_OTHERS)}

@@ -76,8 +76,8 @@ def test_an_editable_install_sees_every_source_root(tmp_path: Path) -> None:
     assert {Path(root).resolve() for root in roots} == {folder.parent for folder in PACKAGES.values()}
 
 
-# numba asks for the one llvmlite that fits it; two packages hold cv2, and mediapipe asks for one of them
-PART_OF = {"llvmlite": "numba", "opencv-contrib-python": "mediapipe", "opencv-python": "mediapipe"}
+# numba asks for the one llvmlite that fits it; two packages hold cv2, and mediapipe asks for one of them, as we do
+PART_OF = {"llvmlite": "numba", "opencv-python": "opencv-contrib-python"}
 BY_NAME = {"torch.utils.tensorboard": "tensorboard"}  # a module of torch that imports another library
 USERS_OWN = {"gsplat", "lpips"}  # no extra has them: who asks for one by name is told to install it
 

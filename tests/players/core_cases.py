@@ -37,6 +37,7 @@ from tests.avatars import full_avatar
 from tests.conformance.idle_vectors import FILE as IDLE
 from tests.players.hostile.packs import write_hostile
 from tests.players.vectors.height_cases import write_height_cases
+from tests.players.vectors.light_cases import write_light_cases
 from tests.session.fuzz import FACTOR
 
 GOLDEN = Path(__file__).parents[1] / "data" / "packs" / "1.0"
@@ -83,6 +84,7 @@ def write_cases(folder: Path) -> None:
     (folder / "hostile").mkdir()
     write_hostile({case.name: case.file for case in cases}, folder / "hostile")
     write_height_cases(folder)
+    write_light_cases(folder)
     (folder / "idle.json").write_bytes(IDLE.read_bytes())
     (folder / "cameras.json").write_text(json.dumps(list(cameras())))
     (folder / "recording.csv").write_bytes(RECORDING.read_bytes())

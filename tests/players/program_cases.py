@@ -33,7 +33,7 @@ def write_programs(path: Path) -> None:
     writer.add(*long_row(), "gives a row 65537 entries; 65536 are the most")
     for name, (program, groups) in PROGRAMS.items():
         writer.add(program, groups)
-        rng, whole = np.random.default_rng(15), name in ("full coded", "surface")
+        rng, whole = np.random.default_rng(15), name in ("full coded", "surface", "lit")
         for made in mutations(program, rng, whole=whole):
             writer.add(made(), groups)
     path.write_text(json.dumps(writer.done()))
@@ -69,6 +69,8 @@ class _Writer:
                         "chunks": [{"first": run.first, "count": run.count} for run in level.chunks],
                         "deform": self._passes(level.deform),
                         "view": self._passes(level.view),
+                        "shadow": self._passes(level.shadow),
+                        "light": self._passes(level.light),
                     }
                     for level in program.levels
                 ],

@@ -26,6 +26,8 @@ from tests.measured import Measure
 from tests.players.played_cases import HEAD, PlayedCase, played_cases
 from tests.players.unity_play.desk import Played, play, player_program
 from tests.players.unity_play.frames import ROUNDING, frame_of
+from tests.players.vectors.light_cases import said_of
+from tests.players.vectors.lit_images import LIGHTS, apart, packed_avatars, wanted
 from tests.players.web import shot
 from tests.runtime.backends import gl_cases
 
@@ -36,6 +38,7 @@ PLACED_ROUNDINGS = 256
 STILL = np.eye(4)
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 AGAIN = ("full", "surface world")  # whose expressions change SH, or leave them alone
+LIT = ("lit_head", "lit_world")  # of the kit
 TWO = ("full", "surface world")  # one that is skinned, and one on a mesh
 
 
@@ -77,7 +80,7 @@ def in_frame(folder: Path, handedness: str) -> tuple[Avatar, Pose]:
 
 @pytest.fixture(scope="module")
 def played(
-    cases: Mapping[str, PlayedCase], both_frames: Path, tmp_path_factory: pytest.TempPathFactory
+    cases: Mapping[str, PlayedCase], both_frames: Path, kit: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> dict[str, Played]:
     """Everything, played by one process of C#, because mono starts slowly."""
     camera, scenes = gl_cases.camera(), []
@@ -94,7 +97,17 @@ def played(
     scenes.append(scene("two avatars", placed, camera))
     for name in ("right", "left"):
         scenes.append(scene(name, [(both_frames / name, *in_frame(both_frames, name), MIRROR)], camera, 1))
-    job = {"scenes": scenes, "references": [str(case.folder) for case in cases.values()]}
+    lit = tmp_path_factory.mktemp("unity_lit")
+    for name, (file, _) in packed_avatars().items():
+        (lit / name).write_bytes(file)
+        avatar = decode_pack(file, name).avatar  # arrays of a pose are in the pack's frame
+        for said, light in LIGHTS.items():
+            scenes.append(
+                scene(f"{name} in {said}", [(lit / name, avatar, gl_cases.pose_of(avatar), STILL)], camera)
+            )
+            scenes[-1]["avatars"][0]["light"] = said_of(light)
+    references = [str(case.folder) for case in cases.values()] + [str(kit / name) for name in LIT]
+    job = {"scenes": scenes, "references": references}
     return play(player_program(tmp_path_factory), job, tmp_path_factory.mktemp("unity_played"))
 
 
@@ -142,6 +155,22 @@ def test_all_stages_repeat_their_references(
         assert not [row for row in rows if not row["passed"]], name
         used = max(used, *(row["used"] for row in rows))
     measured("unity core, stages, share of the tolerance", used, 1)
+
+
+def test_lit_avatars_are_those_of_backend_gl(played: Mapping[str, Played], measured: Measure) -> None:
+    for name, (file, hand) in packed_avatars().items():
+        for said, light in LIGHTS.items():
+            image = played[f"{name} in {said}"].image
+            assert image is not None
+            used = apart(image, wanted(file, hand, light), light.shadow)
+            measured(f"unity core, lit{' with a shadow' * light.shadow}, share of the tolerance", used, 1)
+            assert used <= 1, (name, said)
+
+
+def test_stages_of_light_repeat_their_references(played: Mapping[str, Played], kit: Path) -> None:
+    rows = [row for name in LIT for row in played[str(kit / name)].rows]
+    assert {"shadow", "light"} <= {row["stage"] for row in rows}
+    assert not [row for row in rows if not row["passed"]]
 
 
 def test_two_avatars_are_sorted_together(

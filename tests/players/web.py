@@ -113,10 +113,15 @@ def ask(job: Job, folder: Path, browser: str) -> Answer:
 
 
 def shot(
-    name: str, avatars: Sequence[tuple[str, Avatar, Pose]], seen: Camera, level: int = 0
+    name: str,
+    avatars: Sequence[tuple[str, Avatar, Pose]],
+    seen: Camera,
+    level: int = 0,
+    light: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """A shot of avatars, each with the address of its pack and its pose."""
-    return {"name": name, "avatars": [_posed(*one, level) for one in avatars], "camera": camera_json(seen)}
+    """A shot of avatars, each with the address of its pack and its pose; `light`: as SPEC.md, section 19, has it."""
+    posed = [_posed(*one, level) for one in avatars]
+    return {"name": name, "avatars": posed, "camera": camera_json(seen), "light": light}
 
 
 def camera_json(seen: Camera) -> dict[str, Any]:

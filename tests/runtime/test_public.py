@@ -44,18 +44,21 @@ def test_every_public_name_is_documented(name: str) -> None:
         assert len(text) > 20 and not re.match(rf"{name}\(", text), f"{value} has no docstring of its own"
 
 
+OWN = ("avatar", "backend", "level", "enhance", "light")  # what a player takes that is no option of a backend
+
+
 def test_player_has_the_options_of_all_backends_with_their_defaults() -> None:
     parameters = inspect.signature(avatar_runtime.Player).parameters
     options = {k: default for row in avatar_runtime.BACKENDS.values() for k, default in row.options.items()}
-    own, gl = ("avatar", "backend", "level", "enhance"), avatar_runtime.BACKENDS["gl"]
-    assert {name: p.default for name, p in parameters.items() if name not in own} == options
+    gl = avatar_runtime.BACKENDS["gl"]
+    assert {name: p.default for name, p in parameters.items() if name not in OWN} == options
     made = inspect.signature(importlib.import_module(gl.module).make).parameters
     assert {name: p.default for name, p in made.items() if name != "avatar"} == gl.options
 
 
 def test_player_hands_every_option_on(monkeypatch: pytest.MonkeyPatch) -> None:
     parameters = inspect.signature(avatar_runtime.Player).parameters
-    given = {name: object() for name in list(parameters)[4:]}
+    given = {name: object() for name in parameters if name not in OWN}
     handed: dict[str, object] = {}
     monkeypatch.setattr("avatar_runtime.player.make_backend", lambda *_, **options: handed.update(options))
     avatar_runtime.Player(full_avatar(), **given)

@@ -26,6 +26,7 @@ from tests.players.hostile.judges import GUARDED
 
 from avatar_export.measure.framing import framing
 from avatar_export.packing.write import driving_facts, prepare, write
+from avatar_export.relight import relightable
 from avatar_runtime.handedness import mirrored
 from tools.fuzz.pack_mutants import mutant
 
@@ -107,7 +108,7 @@ def _apart(one: str, other: str, tolerance: float) -> bool:
 
 
 def bases() -> list[bytes]:
-    """Sound packs of every kind: small, wide, exact, embedded, left-handed, with levels, names and no driving."""
+    """Sound packs of every kind: small, wide, exact, embedded, left-handed, relit, with levels, names, no driving."""
     made = [path.read_bytes() for path in sorted(GOLDEN.glob("*.avatar"))]
     joints, surface = AVATARS["joints"], AVATARS["surface"]
     named = replace(joints, driving=replace(joints.driving, mode="names", inputs=(), outputs=(), matrix=None))
@@ -115,6 +116,8 @@ def bases() -> list[bytes]:
     facts = {"framing": framing(named), **driving_facts(named), "error": error}
     made.append(write(prepare(levels_of(named), COARSE), facts, b"a picture").file)
     made.append(write(prepare(levels_of(surface), COARSE), {"packing": {}}).file)
+    made.append(write(prepare([relightable(joints)], COARSE), driving_facts(joints)).file)
+    made.append(write(prepare(levels_of(relightable(surface)), COARSE)).file)
     left = mirrored(joints)
     return [*made, write(prepare([left], COARSE), driving_facts(left), None, "left").file]
 

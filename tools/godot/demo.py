@@ -15,6 +15,7 @@ from tests.players.godot import engine
 
 from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import pack
+from avatar_export.relight import relightable
 from avatar_export.writers.rig_glb import rig_glb
 from avatar_runtime.bundle import load
 
@@ -45,13 +46,13 @@ def main() -> None:
 
 
 def write_project(out: Path) -> None:
-    """The add-on, the scene, the head as a pack and its mesh for the shadow."""
+    """The add-on, the scene, the head as a pack that takes light, and its mesh for the shadow."""
     engine.project(out, settings=SETTINGS)
     for file in SCENE.iterdir():
         shutil.copy(file, out)
     head = load(HEAD)
     (out / "rig.glb").write_bytes(b"".join(rig_glb(head) or ()))
-    (out / "head.avatar").write_bytes(pack([head], Fineness()).file)
+    (out / "head.avatar").write_bytes(pack([relightable(head)], Fineness()).file)
 
 
 def shots(project: Path, folder: Path, count: int) -> list[Image.Image]:
@@ -65,7 +66,7 @@ def shots(project: Path, folder: Path, count: int) -> list[Image.Image]:
 def film(project: Path, out: Path) -> None:
     """What the engine shows, round and round."""
     with tempfile.TemporaryDirectory() as folder:
-        frames = shots(project, Path(folder), FRAMES)
+        _, *frames = shots(project, Path(folder), FRAMES + 1)  # the engine has no sky before its first frame
     lasts_ms = 1000 // FPS
     whole = {"quality": 75, "method": 6, "kmin": 0, "kmax": 1}  # each frame by itself: nothing trails
     frames[0].save(out, save_all=True, append_images=frames[1:], duration=lasts_ms, loop=0, **whole)

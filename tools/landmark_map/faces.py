@@ -15,7 +15,8 @@ from mediapipe.tasks import python as tasks
 from mediapipe.tasks.python import vision
 from samples.capture.extras import Extra, glasses, worn_with
 from samples.capture.eyes import lid_shade
-from samples.capture.head import Model, blinking_head, recorded
+from samples.capture.head import blinking_head, recorded
+from samples.capture.model import Model
 from samples.subjects.take import performed, posed_vertices
 
 from avatar_runtime.camera import Camera

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from samples.capture.extras import HAIRLINE
 from samples.capture.eyes import texels
-from samples.capture.head import Model
+from samples.capture.model import Model
 
 from avatar_trainer.head import smoothstep
 

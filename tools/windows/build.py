@@ -20,7 +20,12 @@ OUT = ROOT / "build/windows"
 MADE = OUT / "made"
 NATIVE = ROOT / "players/native"
 LIBRARY = ("src/*/*.cpp", "scene/*.cpp", "d3d11/*.cpp")
-HEADERS = ("include/avatar_player.h", "include/avatar_conform.h", "d3d11/avatar_d3d11.h")
+HEADERS = (
+    "include/avatar_player.h",
+    "include/avatar_light.h",
+    "include/avatar_conform.h",
+    "d3d11/avatar_d3d11.h",
+)
 EXPORTED = "-DAVATAR_API=__attribute__((dllexport))"
 
 

@@ -51,5 +51,15 @@
 #define AVATAR_QUATERNION_FLOOR 1e-06f
 // training units squared, added to both areas of the ratio that scales a Gaussian; it dominates on meshes in metres [SplattingAvatar 3847314 splatting_avatar_model.py]
 #define AVATAR_AREA_DAMPING 0.0001f
+// the light of the capture is taken to be at least this, so that what was dark in it does not turn to noise [this format: SPEC.md, section 19]
+#define AVATAR_LIGHT_FLOOR 0.05f
+// bundle units; a point light is taken to be at least this far away [this format: SPEC.md, section 19]
+#define AVATAR_LIGHT_NEAREST 0.01f
+// texels along an edge of a shadow map [this format: SPEC.md, section 19]
+#define AVATAR_SHADOW_SIZE 256
+// a Gaussian casts a shadow where its alpha, seen from the light, is at least this [this format: SPEC.md, section 19]
+#define AVATAR_SHADOW_ALPHA 0.3f
+// texels squared, added to both variances of a Gaussian in a shadow map, so that none is thinner than a texel [this format: SPEC.md, section 19]
+#define AVATAR_SHADOW_LOW_PASS 0.25f
 
 #endif

@@ -35,4 +35,19 @@
 #define AVATAR_COUNTER_INCREMENT(counter) InterlockedAdd(counter, 1)
 #endif
 
+// A buffer of numbers that several threads make smaller at a time; under AVATAR_ONE_THREAD only one does.
+#if defined(AVATAR_ONE_THREAD)
+#define AVATAR_LEAST_BUFFER(name) RWStructuredBuffer<uint> name
+#define AVATAR_LEAST_CLEAR(name, at, value) name[at] = value
+#define AVATAR_LEAST(name, at, value) name[at] = min(name[at], value)
+#elif defined(AVATAR_ATOMIC_COUNTERS)
+#define AVATAR_LEAST_BUFFER(name) RWStructuredBuffer<Atomic<uint>> name
+#define AVATAR_LEAST_CLEAR(name, at, value) name[at].store(value)
+#define AVATAR_LEAST(name, at, value) name[at].min(value)
+#else
+#define AVATAR_LEAST_BUFFER(name) RWStructuredBuffer<uint> name
+#define AVATAR_LEAST_CLEAR(name, at, value) name[at] = value
+#define AVATAR_LEAST(name, at, value) InterlockedMin(name[at], value)
+#endif
+
 #endif

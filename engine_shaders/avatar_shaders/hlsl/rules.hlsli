@@ -43,6 +43,9 @@
 // head_pose_in: what the trainer moved when the head turned [schema/SPEC.md, section 7]
 #define AVATAR_HEAD_POSE_IN_CAMERA 0
 #define AVATAR_HEAD_POSE_IN_MESH 1
+// light_frame: what the light moved with in which the avatar was captured [schema/SPEC.md, section 19]
+#define AVATAR_LIGHT_FRAME_HEAD 0
+#define AVATAR_LIGHT_FRAME_WORLD 1
 // background: what the avatar was trained before, where that is no single colour [schema/SPEC.md, section 5]
 #define AVATAR_BACKGROUND_RANDOM 0
 #define AVATAR_BACKGROUND_PER_VIEW 1

@@ -31,6 +31,7 @@ from avatar_runtime.stages.joints import joints
 from avatar_schema.validate import Problem, manifest_problems
 
 WEIGHT_SUM_TOLERANCE = 1e-3  # of the sum of a row of skin weights, which is 1
+NORMAL_TOLERANCE = 0.03  # of the length of a normal; a pack rounds it by 0.022
 REST_TOLERANCE = 1e-4  # of a joint's skin matrix at rest, which is the identity; linear part, and metres
 BOUNDS_TOLERANCE = 1e-4  # metres, plus this fraction of the box's size
 LARGEST_LOG_SCALE = float(np.log(10.0))  # a standard deviation of ten metres
@@ -146,6 +147,16 @@ def _gaussians(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
         yield from _rows("gaussians.ply", field, bad, message, warning=True)
 
 
+def _normals(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
+    """Normals of stage light that are not unit, but for the rounding of a pack."""
+    if avatar.relight is not None:
+        length = np.linalg.norm(avatar.relight.normal.astype(np.float64), axis=1)
+        off = ~(np.abs(length - 1) <= NORMAL_TOLERANCE)
+        yield from _rows(
+            "light.safetensors", "normal", off, f"a length that is not 1 within {NORMAL_TOLERANCE:g}"
+        )
+
+
 def _weights(avatar: Avatar, _: Mapping[str, Any]) -> Iterator[Problem]:
     """Skin weights that are missing, negative, or do not add up to 1."""
     if avatar.rig is None:
@@ -248,6 +259,6 @@ def _short(vector: Iterable[float]) -> str:
 
 
 # Each takes an avatar and the manifest that describes it.
-LEVEL_CHECKS = (_gaussians, _weights)  # what a coarser level of a pack can have wrong
+LEVEL_CHECKS = (_gaussians, _normals, _weights)  # what a coarser level of a pack can have wrong
 PACK_CHECKS = (_names_problems, _counts, *LEVEL_CHECKS, _rest, _fit)  # of a pack's finest level
 VALUE_CHECKS = (*PACK_CHECKS, _bounds, _enhancer)

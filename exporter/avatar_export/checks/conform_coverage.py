@@ -27,7 +27,8 @@ _SHOWN = {name: {v.name: v.shown_by for v in rule.values if v.shown_by} for name
 BUNDLES = {name: items for name, items in _SHOWN.items() if items} | {
     "SH degree": {"0": "still", "1": "skin_unturned", "2": "skin_head_bone", "3": "skin_polar"},
     "part": {"late morphs": "skin_polar", "pose correctives": "skin_polar", "appearance deltas": "skin_polar",
-             "joints that expressions move": "skin_polar", "rest that is not the binding pose": "surface_unbound"},
+             "joints that expressions move": "skin_polar", "rest that is not the binding pose": "surface_unbound",
+             "light of a scene": "lit_head"},
     "threshold": {"near plane": "edges", "behind the camera": "edges", "on no tile": "edges",
                   "clamp of the Jacobian": "edges", "equal depths": "edges", "colour below 0": "edges",
                   "quaternion without length": "edges", "opacity below 1/255": "edges",
@@ -163,6 +164,7 @@ def _parts(avatar: Avatar) -> set[str]:
         "appearance deltas": shapes.appearance.entries > 0,
         "joints that expressions move": rig is not None and bool(rig.joint_basis.any()),
         "rest that is not the binding pose": rig is not None and not rests_bound(rig),
+        "light of a scene": avatar.relight is not None,
     }
     return {name for name, found in has.items() if found}
 

@@ -63,7 +63,7 @@ def _different(program: Program, made: Program) -> Iterator[str]:
             yield f"levels[{index}].chunks"
         lists += [
             (f"levels[{index}].{name}", getattr(one, name), getattr(other, name))
-            for name in ("deform", "view")
+            for name in ("deform", "view", "shadow", "light")
         ]
     for name, passes, wanted in lists:
         if len(passes) != len(wanted):

@@ -14,6 +14,7 @@ from avatar_export.commands.declared import command
 from avatar_export.options import Options, option
 from avatar_export.playing import frames as playing
 from avatar_export.playing import sequences
+from avatar_export.playing.lights import scene_light
 from avatar_export.playing.tracked import seen_by, tracked
 from avatar_export.readers.table import expect_bundle
 from avatar_runtime.avatar import Avatar
@@ -81,7 +82,7 @@ class Motion(Options):
 
 @dataclass(frozen=True)
 class Shot(Options):
-    """Where the camera stands, and what is behind the avatar."""
+    """Where the camera stands, what is behind the avatar, and what lights it."""
 
     camera: Path | None = option(
         None,
@@ -99,9 +100,15 @@ class Shot(Options):
     background: str | None = option(
         None, "R,G,B from 0 to 1, or `transparent`. Default: the training background."
     )
+    light: str | None = option(
+        None,
+        "Light of the scene, for an avatar made with --relight: studio, left or rim, a JSON file, or an environment "
+        "map .hdr. Default: that of the capture.",
+        metavar="NAME|FILE",
+    )
 
     def view(self) -> playing.View:
-        """The view, without tracked cameras. Raises a usage error."""
+        """The view, without tracked cameras. Raises a usage error; AvatarError for what is no light."""
         return playing.View(
             *arguments.size(self.size or "512"),
             self.yaw,
@@ -110,6 +117,7 @@ class Shot(Options):
             self.orbit,
             arguments.background(self.background),
             self.background == "transparent",
+            light=None if self.light is None else scene_light(self.light),
         )
 
     def tracked(

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from avatar_export.levels.compositing import Flat, FlatGradient, squared_error
 from avatar_export.levels.mixing import entry_rows, unit
 from avatar_export.levels.views import LEVEL_POSES, SIZE, View, flattened, views
+from avatar_export.ops.normals import turned_axes
 from avatar_runtime.avatar import F32, F64, Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.player import Player
@@ -87,7 +88,8 @@ def changed(avatar: Avatar, change: Change) -> Avatar:
         shapes = replace(shapes, geometry=replace(shapes.geometry, values=values))
     if embedding is not None:
         embedding = replace(embedding, local_quat_wxyz=_multiplied(embedding.local_quat_wxyz, turn))
-    return replace(avatar, gaussians=gaussians, blendshapes=shapes, embedding=embedding)
+    relight = None if avatar.relight is None else turned_axes(avatar.relight, turn)
+    return replace(avatar, gaussians=gaussians, blendshapes=shapes, embedding=embedding, relight=relight)
 
 
 def _multiplied(quat: F32, turn: F64) -> F32:

@@ -9,6 +9,7 @@ import numpy as np
 from avatar_export.levels.clusters import merged_covariance, summed
 from avatar_export.levels.embed import embedded
 from avatar_export.levels.mixing import mixed_blendshapes, mixed_rows, unit
+from avatar_export.ops.normals import bound_normals, with_normals
 from avatar_runtime.avatar import F64, I64, Avatar, Embedding, Gaussians, Group
 from avatar_runtime.rotation import matrix_from_quat, quat_from_matrix
 from avatar_runtime.stages.surface import binding_pose
@@ -66,10 +67,13 @@ def merged(avatar: Avatar, by: Merging) -> Avatar:
         blendshapes=mixed_blendshapes(avatar.blendshapes, by.share, by.into, g.quat_wxyz, new_quat),
         skin=mixed_rows(avatar.skin, by.share, by.into, count),
     )
-    if avatar.embedding is None:
+    if avatar.embedding is not None:
+        start = _rows(avatar.embedding, _heaviest(by))
+        result = placed(replace(result, embedding=start), mean, new_quat)
+    if avatar.relight is None:
         return result
-    start = _rows(avatar.embedding, _heaviest(by))
-    return placed(replace(result, embedding=start), mean, new_quat)
+    facing = summed(share[:, None] * bound_normals(avatar)[kept], into, count)
+    return with_normals(result, facing)
 
 
 def placed(avatar: Avatar, mean: F64, quat_wxyz: F64) -> Avatar:

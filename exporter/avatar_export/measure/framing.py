@@ -72,7 +72,7 @@ def _part(avatar: Avatar, rows: npt.NDArray[np.int64]) -> dict[str, list[float]]
 
 def _head_rows(avatar: Avatar) -> npt.NDArray[np.int64]:
     """Ids of the Gaussians that follow the head's joints."""
-    rig, joint = avatar.rig, _head_joint(avatar)
+    rig, joint = avatar.rig, head_joint(avatar)
     if rig is None or joint is None:
         return np.zeros(0, np.int64)
     mask = below(rig, rig.joint_names.index(joint))
@@ -87,7 +87,8 @@ def _head_rows(avatar: Avatar) -> npt.NDArray[np.int64]:
     return np.flatnonzero(part > HEAD_SHARE)
 
 
-def _head_joint(avatar: Avatar) -> str | None:
+def head_joint(avatar: Avatar) -> str | None:
+    """The joint that turns the head: that which driving turns, or else by its name; None: none is known."""
     rig = avatar.rig
     if avatar.driving.head_joint is not None or rig is None:
         return avatar.driving.head_joint

@@ -25,9 +25,12 @@ PARTS_OF_FILE = {  # the first part of a tensor's name -> what a person calls it
     "BlendStatic": "Gaussians and their expressions",
     "BindStatic": "Skin weights of the Gaussians",
     "EmbedStatic": "Places of the Gaussians on the mesh",
+    "LightStatic": "Normals of the Gaussians",
+    "CornerStatic": "Triangles that cast shadows",
     "clips": "Clips",
 }
-OF_GAUSSIANS = ("BlendStatic", "BindStatic", "EmbedStatic")  # shrink with the number of Gaussians
+# Shrink with the number of Gaussians.
+OF_GAUSSIANS = ("BlendStatic", "BindStatic", "EmbedStatic", "LightStatic")
 WITHOUT = {  # part -> how to do without it
     "Clips": "make it from a source without clips",
     "Preview": "--no-preview",

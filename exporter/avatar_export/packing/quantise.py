@@ -14,8 +14,18 @@ import numpy.typing as npt
 
 from avatar_export.packing.rates import rounded
 from avatar_export.packing.seen import seen
-from avatar_export.packing.steps import SH_REST, UNSEEN_MESH, Fineness
-from avatar_runtime.avatar import F32, F64, Avatar, Blendshapes, Embedding, Gaussians, Rig, SparseRows
+from avatar_export.packing.steps import NORMAL_STEP, SH_REST, UNSEEN_MESH, Fineness
+from avatar_runtime.avatar import (
+    F32,
+    F64,
+    Avatar,
+    Blendshapes,
+    Embedding,
+    Gaussians,
+    Relight,
+    Rig,
+    SparseRows,
+)
 from avatar_runtime.program.codes import Codes, decode
 
 Array = npt.NDArray[Any]
@@ -57,7 +67,7 @@ def quantised(avatar: Avatar, fine: Fineness, kept: Kept | None = None) -> tuple
     done = replace(
         avatar, gaussians=gaussians, blendshapes=blendshapes, skin=skin, embedding=embedding, rig=rig
     )
-    return done, codes
+    return replace(done, relight=None if avatar.relight is None else _relight(avatar.relight, codes)), codes
 
 
 def unit_quats(avatar: Avatar) -> Avatar:
@@ -273,6 +283,14 @@ def _embedding(e: Embedding, fine: Fineness, codes: Found) -> Embedding:
         codes[path] = make(flat, fine.step(path))
         fields[name] = decode(codes[path], len(values), flat.shape[1]).reshape(values.shape)
     return replace(e, **fields)
+
+
+def _relight(relight: Relight, codes: Found) -> Relight:
+    code = np.rint((relight.normal.clip(-1, 1) + 1) / NORMAL_STEP).astype(np.uint8)
+    codes["relight.normal"] = Codes(
+        "linear", code, np.tile(np.array([[-1, NORMAL_STEP]], np.float32), (3, 1))
+    )
+    return replace(relight, normal=decode(codes["relight.normal"], len(code), 3))
 
 
 def _rig(rig: Rig, fine: Fineness, codes: Found, kept: Kept, largest: F64) -> Rig:

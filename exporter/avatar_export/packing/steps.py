@@ -32,6 +32,8 @@ STEPS: Mapping[str, float] = {
     "rig.late_morphs.position": 2e-5,  # metres
     "rig.skin.weight": 1 / 4095,
 }
+# Of unit vectors from -1 on: 0.6 degrees. No search changes it, since no image that it sees is lit.
+NORMAL_STEP = 1 / 40
 SH_REST = 2.0  # higher bands are seen as a whole, in one direction at a time
 CLIP_STEPS = {
     "expression_weights": 1 / 4096,

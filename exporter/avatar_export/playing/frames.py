@@ -15,6 +15,7 @@ from avatar_runtime.avatar import Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.io.staging import followed, staged
+from avatar_runtime.light import Light
 from avatar_runtime.player import Frame, Player
 
 Pixels = npt.NDArray[np.uint8]
@@ -37,6 +38,7 @@ class View:
     profile: str | None = None  # None: the backend's first
     backend: str | None = None  # None: the runtime's default
     enhance: bool = False  # run the avatar's enhancer on each image
+    light: Light | None = None  # of the scene; None: as trained
     cameras: Sequence[
         Camera
     ] = ()  # tracked ones, one for each pose or one for all; they replace the position above
@@ -47,9 +49,10 @@ def frames(avatar: Avatar, sequence: PoseSequence, view: View) -> Iterator[Pixel
     cameras of the view.
 
     Raises AvatarError for a profile that the backend does not draw, for a backend or enhancer whose library is not
-    installed, and if an enhancer is asked for that the avatar lacks or that is not sound.
+    installed, if an enhancer is asked for that the avatar lacks or that is not sound, and if a light is given and that
+    of the capture is not known.
     """
-    player, count = Player(avatar, view.backend, enhance=view.enhance), len(sequence.poses)
+    player, count = Player(avatar, view.backend, enhance=view.enhance, light=view.light), len(sequence.poses)
     drawn = player.backend.profiles
     if view.profile is not None and view.profile not in drawn:
         raise AvatarError(

@@ -12,7 +12,7 @@ from avatar_export.version import GENERATOR
 from avatar_export.writers.reference_cases import DRAWN, reference_cases
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance import Case, Maker, Reference, decode, encode, make_reference
-from avatar_runtime.handedness import mirrored_pose
+from avatar_runtime.handedness import mirrored_light, mirrored_pose
 from avatar_runtime.io.errors import AvatarError
 from avatar_runtime.stages.raster import PROFILES
 
@@ -84,4 +84,5 @@ def reference_facts(reference: Reference) -> dict[str, Any]:
 
 
 def _left(case: Case) -> Case:
-    return replace(case, pose=mirrored_pose(case.pose), camera=case.camera.mirrored())
+    light = None if case.light is None else mirrored_light(case.light)
+    return replace(case, pose=mirrored_pose(case.pose), camera=case.camera.mirrored(), light=light)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,6 +14,7 @@ from avatar_runtime.clips import frame_pose
 from avatar_runtime.conformance import Case
 from avatar_runtime.conformance.make import ROWS
 from avatar_runtime.conformance.rows import thinned
+from avatar_runtime.light import DirectLight, Light
 from avatar_runtime.player import ABSURD
 from avatar_runtime.pose import Pose
 from avatar_runtime.rotation import homogeneous, matrix_from_rotvec
@@ -32,22 +35,35 @@ ASIDE = (0.35, 0.2)
 NARROWEST, WIDEST = 1e-3, 4.0  # tangent of half the field of view
 STEPS = 64  # candidates for the camera inside the avatar
 Points = npt.NDArray[np.float64]
+# Sun from above the left cheek, blue light from behind, and a lamp at half a metre; more light from above than below.
+LIGHT = Light(
+    np.outer([0.9, -0.25, 0.1, -0.08, 0.03, -0.05, 0.06, 0.04, -0.02], [0.8, 0.95, 1.2]).astype(np.float32),
+    (
+        DirectLight((0.7, 0.9, 0.8), (1.2, 1.05, 0.85)),
+        DirectLight((-0.6, 0.3, -0.7), (0.2, 0.3, 0.7)),
+        DirectLight((-0.4, 0.1, 0.5), (0.12, 0.06, 0.02), point=True),
+    ),
+    shadow=True,
+)
 DRAWN = ("rest", "posed", "clip")  # cases with images
 
 
 def reference_cases(avatar: Avatar) -> tuple[Case, ...]:
     """The cases: at rest, with every input of `avatar`, the same from inside it, and a frame inside its first clip.
 
-    The case from inside has vectors only; an avatar without clips has no case `clip`.
+    The case from inside has vectors only; an avatar without clips has no case `clip`. An avatar that takes a light is
+    at rest as trained, from inside in a light without a shadow, posed in one with a shadow.
     """
+    lit = None if avatar.relight is None else LIGHT
+    still = None if lit is None else replace(lit, shadow=False)
     posed = every_input(avatar)
     rest = "nothing is posed: files, camera, SH from the front, raster"
     every = "every expression, joint and late morph that there is, the whole turned and moved: SH follow"
     close = "from within: behind the camera, before the near plane, beyond the Jacobian's clamp, on no tile"
     cases = [
         Case("rest", rest, Pose(), _framed(avatar, Pose(), FRONT)),
-        Case("posed", every, posed, _framed(avatar, posed, ASIDE)),
-        Case("close", close, posed, close_camera(avatar, posed), images=False),
+        Case("posed", every, posed, _framed(avatar, posed, ASIDE), light=lit),
+        Case("close", close, posed, close_camera(avatar, posed), images=False, light=still),
     ]
     if avatar.clips:
         clip = avatar.clips[0]

@@ -116,6 +116,11 @@ def _clips(export: Export) -> Iterable[Piece] | None:
     return safetensors.encode(clip_tensors(clips)) if clips else None
 
 
+def _light(export: Export) -> Iterable[Piece] | None:
+    relight = export.stored.relight
+    return None if relight is None else safetensors.encode({"normal": relight.normal})
+
+
 def _enhancer(export: Export) -> Iterable[Piece] | None:
     enhancer = export.avatar.enhancer
     return None if enhancer is None else [enhancer.onnx]
@@ -147,6 +152,7 @@ WRITERS = (
     Writer("rig.safetensors", "avatar", _rig),
     Writer("embedding.safetensors", "avatar", _embedding),
     Writer("clips.safetensors", "avatar", _clips),
+    Writer("light.safetensors", "avatar", _light),
     Writer(ENHANCER_FILE, "enhancer", _enhancer),
     Writer("embedding.json", "engine", lambda export: embedding_json(export.stored, export.handedness)),
     Writer("rig.glb", "engine", lambda export: rig_glb(export.avatar, export.influences), same_glb),

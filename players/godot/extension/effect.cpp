@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "panorama.h"
+
 namespace godot {
 
 /// Methods of each view.
@@ -62,7 +64,7 @@ void Effect::add(const Value& core) {
     Posed* posed = posed_of(core);
     const std::lock_guard<std::mutex> lock(mutex_);
     if (posed == nullptr || wanted_of(posed) != nullptr) return;
-    Wanted made = {posed, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, false};
+    Wanted made = {posed, {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, false, false, {}};
     if (wanted_.add(made)) posed->hold();
 }
 
@@ -84,6 +86,35 @@ void Effect::set_place(const Value& core, const Transform3D& place, bool visible
     matrix_of(place, false, found->place);
     found->visible = visible;
     for (double number : found->place) found->visible &= std::isfinite(number);
+}
+
+/// 1 where the first light casts a shadow; nine rows of ambient light; then of each light its place, its colour, and 1 where
+/// it is a point. No numbers: the light of the capture.
+void Effect::set_light(const Value& core, const Value& numbers) {
+    constexpr size_t head = 1 + 27, each = 7;
+    const size_t size = numbers.size();
+    Posed* posed = posed_of(core);
+    const std::lock_guard<std::mutex> lock(mutex_);
+    Wanted* found = posed == nullptr ? nullptr : wanted_of(posed);
+    if (found == nullptr) return;
+    found->lit = size >= head;
+    if (!found->lit) return;
+    const float* at = numbers.floats_data();
+    AvatarLight& light = found->light;
+    light = AvatarLight();
+    light.shadow = at[0] > 0;
+    light.count = static_cast<uint32_t>((size - head) / each);
+    if (light.count > AVATAR_MOST_LIGHTS) light.count = AVATAR_MOST_LIGHTS;
+    for (size_t i = 0; i < head - 1; i++) light.ambient[i / 3][i % 3] = static_cast<double>(at[1 + i]);
+    for (size_t i = 0; i < AVATAR_MOST_LIGHTS; i++) {
+        const bool is_given = i < light.count;
+        AvatarDirectLight& one = light.lights[i] = {};
+        for (size_t c = 0; c < 3 && is_given; c++) {
+            one.place[c] = static_cast<double>(at[head + each * i + c]);
+            one.colour[c] = static_cast<double>(at[head + each * i + 3 + c]);
+        }
+        one.point = is_given && at[head + each * i + 6] > 0;
+    }
 }
 
 Value Effect::error() {
@@ -198,6 +229,21 @@ static const MethodRow methods[] = {
      },
      nothing,
      {core, {"place", GDEXTENSION_VARIANT_TYPE_TRANSFORM3D}, {"visible", GDEXTENSION_VARIANT_TYPE_BOOL}},
+     3},
+    {"set_light",
+     [](Instance* self, const Value* given) -> Value {
+         of(self).set_light(given[0], given[1]);
+         return {};
+     },
+     nothing,
+     {core, {"numbers", GDEXTENSION_VARIANT_TYPE_PACKED_FLOAT32_ARRAY}},
+     2},
+    {"rows_of_panorama",
+     [](Instance*, const Value* given) { return rows_of_panorama(given[0], given[1].to_int(), given[2].to_transform()); },
+     GDEXTENSION_VARIANT_TYPE_PACKED_FLOAT32_ARRAY,
+     {{"panorama", GDEXTENSION_VARIANT_TYPE_PACKED_BYTE_ARRAY},
+      {"height", GDEXTENSION_VARIANT_TYPE_INT},
+      {"turn", GDEXTENSION_VARIANT_TYPE_TRANSFORM3D}},
      3},
     {"error", [](Instance* self, const Value*) { return of(self).error(); }, text, {}, 0},
     {"statistics", [](Instance* self, const Value*) { return of(self).statistics(); }, dictionary, {}, 0},

@@ -15,6 +15,7 @@ public:
     void add(const Value& core);
     void remove(const Value& core);
     void set_place(const Value& core, const Transform3D& place, bool visible);
+    void set_light(const Value& core, const Value& numbers);
     Value error();
     Value statistics() const;
     Value accumulated();

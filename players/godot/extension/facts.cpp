@@ -75,6 +75,7 @@ Value Core::facts() const {
     made.set("license", facts.license);
     made.set("consent", facts.consent);
     made.set("left_handed", facts.left_handed != 0);
+    made.set("relit", facts.relit != 0);
     made.set("drivable", facts.drivable != 0);
     made.set("bytes", static_cast<int64_t>(facts.file_bytes));
     const Vector3 low = vector_of(facts.bounds_low), high = vector_of(facts.bounds_high);

@@ -11,7 +11,7 @@ endif()
 install(TARGETS avatar_player avatar_gles ${AVATAR_D3D11} EXPORT avatar_player-targets
   ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
   INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(FILES include/avatar_conform.h include/avatar_player.h gles/avatar_gles.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(FILES include/avatar_conform.h include/avatar_light.h include/avatar_player.h gles/avatar_gles.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT avatar_player-targets NAMESPACE avatar_player:: DESTINATION ${AVATAR_PACKAGE})
 # Before 1.0 a minor version may change functions.
 write_basic_package_version_file(${AVATAR_PACKAGE_VERSION} COMPATIBILITY SameMinorVersion)

@@ -10,8 +10,8 @@
  *
  * Errors, arguments and structs are as in avatar_player.h: AVATAR_FAILED, and one line in the handle.
  *
- * Memory. Frames allocate nothing, but for the first one after an instance was added, removed, shown, hidden or set to
- * another level, and for an image of another size. Everything is freed by avatar_d3d11_close.
+ * Memory. Frames allocate nothing, but for the first one after an instance was added, removed, shown, hidden, set to
+ * another level or first lit, and for an image of another size. Everything is freed by avatar_d3d11_close.
  *
  * Direct3D state of the immediate context. Nothing is saved and nothing is restored. These calls leave changed:
  *   - the shaders of all stages (hull, domain and geometry: none)

@@ -1,5 +1,7 @@
 #include "use_everything.h"
 
+#include "avatar_light.h"
+
 #include <vector>
 
 void use_everything(const AvatarPack* pack, const AvatarAllocator* allocator) {
@@ -13,8 +15,8 @@ void use_everything(const AvatarPack* pack, const AvatarAllocator* allocator) {
         avatar_buffer_content(pack, i, content.data());
     }
     AvatarInstance* instance = avatar_instance_open(pack, 0, allocator);
-    AvatarPasses* lists[3];
-    for (uint32_t i = 0; i < 3; i++) lists[i] = avatar_passes_open(pack, facts.levels - 1, i, allocator);
+    AvatarPasses* lists[5];
+    for (uint32_t i = 0; i < 5; i++) lists[i] = avatar_passes_open(pack, facts.levels - 1, i, allocator);
     if (avatar_instance_error(instance) == nullptr) {
         if (avatar_enable_driving(instance, 1) == AVATAR_OK) {
             AvatarFrame frame = {};
@@ -29,6 +31,10 @@ void use_everything(const AvatarPack* pack, const AvatarAllocator* allocator) {
         }
         AvatarCamera camera;
         avatar_camera_orbit(&camera, facts.whole_target, 1, 0.1, 0.1, 0.8, 320, 200);
+        AvatarLight light = {};
+        light.count = light.shadow = light.lights[0].point = 1;
+        light.lights[0].place[2] = 2;
+        avatar_set_light(instance, &light);
         avatar_update_camera(instance, &camera);
         for (AvatarPasses* list : lists) {
             avatar_passes_set(list, instance);

@@ -7,8 +7,8 @@
  *
  * Errors, arguments and structs are as in avatar_player.h: AVATAR_FAILED, and one line in the handle.
  *
- * Memory. Frames allocate nothing, but for the first one after an instance was added, removed, shown, hidden or set to
- * another level, and for an image of another size. Everything is freed by avatar_gles_close.
+ * Memory. Frames allocate nothing, but for the first one after an instance was added, removed, shown, hidden, set to
+ * another level or first lit, and for an image of another size. Everything is freed by avatar_gles_close.
  *
  * GL state. Nothing is saved and nothing is restored. These calls leave changed:
  *   - the program in use; the vertex array (0 afterwards); GL_ARRAY_BUFFER, GL_SHADER_STORAGE_BUFFER and

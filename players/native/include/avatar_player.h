@@ -115,6 +115,7 @@ typedef struct AvatarFacts {
     const uint8_t* preview;     /* a picture, WebP */
     size_t preview_bytes;
     size_t file_bytes;
+    int relit; /* 1: it takes the light of a scene: avatar_light.h */
 } AvatarFacts;
 AVATAR_API int avatar_facts(const AvatarPack* pack, AvatarFacts* out);
 /* Names by index; NULL beyond the last. */
@@ -333,7 +334,7 @@ typedef struct AvatarDispatch {
     uint32_t block_bytes;
 } AvatarDispatch;
 /* Mesh passes pose the rig's mesh, deform passes the Gaussians (both once a pose, in this order), view passes project
- * them (once a camera). A dispatch may read what an earlier one wrote. */
+ * them (once a camera). A dispatch may read what an earlier one wrote. avatar_light.h has two more lists. */
 enum { AVATAR_MESH = 0, AVATAR_DEFORM = 1, AVATAR_VIEW = 2 };
 /* The passes of one list of a level (of AVATAR_MESH all levels have the same). NULL as avatar_load. */
 AVATAR_API AvatarPasses* avatar_passes_open(const AvatarPack* pack, uint32_t level, uint32_t list,

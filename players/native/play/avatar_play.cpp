@@ -14,6 +14,7 @@
 
 #include "../src/formats/text.h"
 #include "files.h"
+#include "light_file.h"
 #include "options.h"
 #include "png.h"
 #include "screen.h"
@@ -102,6 +103,17 @@ bool open_avatar(const Options& options, Player& player) {
     player.instance = avatar_instance_open(player.pack, options.level, nullptr);
     if (const char* line = avatar_instance_error(player.instance)) return failed(line);
     return true;
+}
+
+/// In which light it stands.
+bool set_light(const Options& options, const Player& player) {
+    if (options.light.empty()) return true;
+    std::string text;
+    if (!read_file(options.light, text)) return false;
+    AvatarLight light = {};
+    const std::string line = read_light(text, options.light, light);
+    if (!line.empty()) return failed(line.c_str());
+    return avatar_set_light(player.instance, &light) == AVATAR_OK || failed(avatar_instance_error(player.instance));
 }
 
 /// What moves it: a clip of the pack, or a recording of a face.
@@ -209,7 +221,7 @@ int main(int count, char** words) {
     Options options;
     if (!parse(words_of(count, words), options)) return 2;
     Player player;
-    bool good = open_avatar(options, player) && open_motion(options, player) && open_scene(options, player);
+    bool good = open_avatar(options, player) && set_light(options, player) && open_motion(options, player) && open_scene(options, player);
     static const char* const targets[] = {"RGBA32F", "RGBA16F", "RGBA8"};
     if (good) std::printf("%s, splats blended in %s\n", player.screen->renderer(), targets[player.screen->target()]);
     good = good && play(options, player);

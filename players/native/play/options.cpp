@@ -8,6 +8,7 @@ static const char usage[] =
     "avatar_play PACK [options]\n"
     "  --clip NAME | --recording CSV   what moves it\n"
     "  --expression NAME=WEIGHT        as often as you like\n"
+    "  --light FILE.json               the light of the scene, for packs that are relit\n"
     "  --size WIDTHxHEIGHT             of the image: 512x512\n"
     "  --yaw DEGREES --pitch DEGREES   where the camera stands: 0, 0 is the front\n"
     "  --level N                       of detail, 0 the finest\n"
@@ -66,6 +67,7 @@ static bool take(const std::string& option, const char* value, Options& into) {
     bool good = true;
     if (option == "--clip") into.clip = value;
     else if (option == "--recording") into.recording = value;
+    else if (option == "--light") into.light = value;
     else if (option == "-o") into.out = value;
     else if (option == "--api") good = take_api(value, into);
     else if (option == "--expression") good = take_expression(value, into);
@@ -80,7 +82,7 @@ static bool take(const std::string& option, const char* value, Options& into) {
 }
 
 bool parse(const std::vector<std::string>& words, Options& into) {
-    static const char* const with_value[] = {"--clip", "--recording", "-o", "--api", "--expression", "--size", "--target", "--yaw",
+    static const char* const with_value[] = {"--clip", "--recording", "--light", "-o", "--api", "--expression", "--size", "--target", "--yaw",
                                              "--pitch", "--fps", "--level", "--frames"};
     for (size_t i = 1; i < words.size(); i++) {
         const std::string& word = words[i];

@@ -15,6 +15,7 @@ struct Options {
     std::string clip;       // by name
     std::string recording;  // a CSV file of Live Link Face
     std::vector<std::pair<std::string, double>> expressions;
+    std::string light;  // a JSON file; empty: as trained
     int width = 512, height = 512;
     double yaw = 0, pitch = 0;  // degrees
     unsigned level = 0;

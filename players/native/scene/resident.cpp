@@ -38,10 +38,8 @@ Resident::~Resident() {
 }
 
 bool Resident::make() {
-    for (uint32_t list = 0; list < lists; list++) {
-        passes_[list] = avatar_passes_open(shared->pack, level, list, &context_.allocator);
-        if (const char* line = avatar_passes_error(passes_[list])) return take_error(line);
-        if (!record(context_.device, passes_[list], {&Resident::find, this}, arena_, recorded_[list])) return false;
+    for (uint32_t list = 0; list <= AVATAR_VIEW; list++) {
+        if (!make_list(list)) return false;
     }
     reads_mesh_ = binds(recorded_[AVATAR_DEFORM], "Mesh");
     const int32_t index = avatar_buffer_index(shared->pack, "Pose");
@@ -50,6 +48,19 @@ bool Resident::make() {
     avatar_pose_floats(instance, &floats);
     last_pose_ = arena_.make<float>(floats);  // zeros, as the new buffer
     return !context_.errors.any();
+}
+
+bool Resident::make_list(uint32_t list) {
+    if (passes_[list] != nullptr) return true;
+    passes_[list] = avatar_passes_open(shared->pack, level, list, &context_.allocator);
+    const char* line = avatar_passes_error(passes_[list]);
+    const bool good = line == nullptr && record(context_.device, passes_[list], {&Resident::find, this}, arena_, recorded_[list]);
+    if (good) return true;
+    if (line != nullptr) take_error(line);
+    free_recorded(context_.device, recorded_[list]);
+    avatar_passes_close(passes_[list]);
+    passes_[list] = nullptr;
+    return false;
 }
 
 bool Resident::pose(const Clock& clock) {
@@ -64,6 +75,7 @@ bool Resident::pose(const Clock& clock) {
     if (mesh && reads_mesh_) run_all(context_.device, recorded_[AVATAR_MESH], clock);
     if (changed || mesh) run_all(context_.device, recorded_[AVATAR_DEFORM], clock);
     deformed_ = deformed_ || changed || mesh;
+    moved_ = moved_ || changed || mesh;
     ran_ = true;
     return true;
 }
@@ -73,9 +85,35 @@ bool Resident::view(const AvatarCamera& camera, const Clock& clock, bool& projec
     if (avatar_update_camera(instance, &camera) != AVATAR_OK) return take_error(avatar_instance_error(instance));
     bool changed = deformed_;
     set(AVATAR_VIEW, changed);
+    if (!take_light(clock, changed)) return false;
     if (changed) run_all(context_.device, recorded_[AVATAR_VIEW], clock);
+    if (changed && lighting_ != AVATAR_UNLIT) run_all(context_.device, recorded_[AVATAR_LIGHT], clock);
     projected = projected || changed;
     deformed_ = false;
+    return true;
+}
+
+/// The constants of the light, and its shadow. Stage light multiplies colours that stage project wrote: what changes it changes
+/// the view.
+bool Resident::take_light(const Clock& clock, bool& changed) {
+    const int lighting = avatar_lighting(instance);
+    if (lighting != AVATAR_UNLIT && !make_list(AVATAR_LIGHT)) return false;
+    if (lighting == AVATAR_SHADOWED && !cast_shadow(clock, changed)) return false;
+    if (lighting != AVATAR_UNLIT) set(AVATAR_LIGHT, changed);
+    changed = changed || lighting != lighting_;
+    lighting_ = lighting;
+    return true;
+}
+
+bool Resident::cast_shadow(const Clock& clock, bool& changed) {
+    if (!make_list(AVATAR_SHADOW)) return false;
+    set(AVATAR_SHADOW, moved_);
+    if (!moved_) return true;
+    const bool needs_mesh = binds(recorded_[AVATAR_SHADOW], "Mesh") && !reads_mesh_;
+    if (needs_mesh) run_all(context_.device, recorded_[AVATAR_MESH], clock);
+    run_all(context_.device, recorded_[AVATAR_SHADOW], clock);
+    moved_ = false;
+    changed = true;
     return true;
 }
 

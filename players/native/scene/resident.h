@@ -1,4 +1,5 @@
 #pragma once
+#include "../include/avatar_light.h"
 #include "recorded.h"
 
 namespace avatar {
@@ -41,7 +42,7 @@ public:
     /// Takes the pose of the instance and deforms it if it has changed.
     bool pose(const Clock& clock);
 
-    /// Projects what a camera sees, if that has changed; then `projected` is true.
+    /// Projects what a camera sees and lights it, if that has changed; then `projected` is true.
     bool view(const AvatarCamera& camera, const Clock& clock, bool& projected);
 
     /// Chunks of the level, and the buffer of projected splats of one.
@@ -57,11 +58,14 @@ public:
     Resident* next = nullptr;
 
 private:
-    enum { lists = 3 };  // AVATAR_MESH, AVATAR_DEFORM, AVATAR_VIEW
+    enum { lists = 5 };  // AVATAR_MESH .. AVATAR_LIGHT; the last two are made when a light is first set
 
     static Handle find(void* user, const AvatarBinding& binding);
     Handle buffer(uint32_t index);
+    bool make_list(uint32_t list);
     bool upload_pose();
+    bool cast_shadow(const Clock& clock, bool& changed);
+    bool take_light(const Clock& clock, bool& changed);
     void set(uint32_t list, bool& changed);
     bool take_error(const char* line);
 
@@ -75,6 +79,8 @@ private:
     bool reads_mesh_ = false;
     bool ran_ = false;       // all passes of deform have run once
     bool deformed_ = false;  // since they were last projected
+    bool moved_ = true;      // since the shadow was last cast
+    int lighting_ = AVATAR_UNLIT;  // when they were last projected
 };
 
 }  // namespace avatar

@@ -130,7 +130,8 @@ private:
 
     Level level(Json said, Arena& arena) const {
         const JsonList chunks = said.at("chunks").list();
-        Level made = {said.at("prefix").text(), arena.make<Run>(chunks.size), passes(said.at("deform"), arena), passes(said.at("view"), arena)};
+        Level made = {said.at("prefix").text(), arena.make<Run>(chunks.size), passes(said.at("deform"), arena), passes(said.at("view"), arena),
+                      passes(said.at("shadow"), arena), passes(said.at("light"), arena)};
         size_t at = 0;
         for (Json one : chunks) made.chunks[at++] = {clamped(one.at("first")), clamped(one.at("count"))};
         return made;

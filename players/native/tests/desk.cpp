@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "avatar_light.h"
 #include "desk.h"
 
 namespace {
@@ -297,6 +298,15 @@ void end(Desk& desk) {
 
 const Shown& shown(Desk& desk, Words& words) { return desk.shown.at(next<size_t>(words)); }
 
+/// light AT FILE: an AvatarLight for an instance; "-": none.
+void set_light(Desk& desk, Words& words) {
+    const Shown& one = shown(desk, words);
+    const std::string path = next(words);
+    AvatarLight light = {};
+    if (path != "-") std::memcpy(&light, read_file(path).data(), sizeof light);
+    must(avatar_set_light(one.instance, path == "-" ? nullptr : &light), avatar_instance_error(one.instance));
+}
+
 void set_target(Desk& desk, Words& words) {
     const uint32_t target = next<uint32_t>(words);
     std::printf("target %u %d\n", target, VERB(set_target)(desk.scene, target));
@@ -334,6 +344,7 @@ const std::map<std::string, void (*)(Desk&, Words&)> commands = {
          const Shown& one = shown(desk, words);
          must(avatar_set_level(one.instance, next<uint32_t>(words)), avatar_instance_error(one.instance));
      }},
+    {"light", &set_light},
     {"clear", [](Desk& desk, Words&) { clear(desk); }},
     {"camera", [](Desk& desk, Words& words) { std::memcpy(&desk.camera, read_file(next(words)).data(), sizeof desk.camera); }},
     {"draw", [](Desk& desk, Words& words) { draw(desk), save(desk, next(words)); }},

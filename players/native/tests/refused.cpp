@@ -5,6 +5,7 @@
 #include <limits>
 #include <type_traits>
 
+#include "avatar_light.h"
 #include "checks.h"
 
 namespace {
@@ -193,7 +194,7 @@ void no_instance(Table& t, AvatarInstance* bad) {
              avatar_expression_weights, avatar_eyelid_weights, avatar_joint_delta, avatar_world_from_avatar,
              avatar_place, avatar_set_level, avatar_instance_level, avatar_clip_pose, avatar_enable_driving,
              avatar_drive, avatar_update_pose, avatar_update_camera, avatar_height_px, avatar_pose_floats,
-             avatar_group_matrix, avatar_group_rotation);
+             avatar_group_matrix, avatar_group_rotation, avatar_set_light, avatar_lighting);
     }
     t.row("avatar_instance_open NULL", avatar_instance_open(nullptr, 0, nullptr) == nullptr);
     avatar_instance_close(nullptr);
@@ -220,6 +221,11 @@ void poses(Table& t, const AvatarPack* pack, AvatarInstance* instance) {
         t.row("avatar_set_eyelid", eyelid == nullptr || avatar_set_eyelid(instance, eyelid, bad) == 0);
         t.row("avatar_set_joint", avatar_set_joint(instance, joint, bad, 0, -bad) == 0, line(), "finite");
     }
+    AvatarLight light = {};  // the pack is not relit
+    t.row("avatar_set_light", avatar_set_light(instance, &light) == 0, line(), "pack --relight");
+    light.struct_size = 0;
+    t.row("avatar_set_light struct_size", avatar_set_light(instance, &light) == 0, line(), "struct_size");
+    t.row("sound", avatar_set_light(instance, nullptr) == 1 && avatar_lighting(instance) == AVATAR_UNLIT);
     t.row("avatar_set_level", avatar_set_level(instance, beyond) == 0, line(), "there is no level");
     t.row("avatar_clip_pose", avatar_clip_pose(instance, beyond, 0) == 0, line(), "there is no clip");
     for (const double seconds : bad_numbers) t.row("sound time", avatar_clip_pose(instance, 0, seconds) == 1 && avatar_update_pose(instance) == 1);
@@ -296,7 +302,7 @@ void captures(Table& t) {
 
 void passes(Table& t, const AvatarPack* pack, const AvatarPack* other, AvatarInstance* instance) {
     AvatarPasses* const wrong[] = {nullptr, avatar_passes_open(nullptr, 0, 0, nullptr), avatar_passes_open(pack, beyond, 0, nullptr),
-                                   avatar_passes_open(pack, 0, 3, nullptr)};
+                                   avatar_passes_open(pack, 0, AVATAR_LIGHT + 1, nullptr)};
     for (AvatarPasses* one : wrong) {
         t.row("avatar_passes_open", avatar_passes_error(one) != nullptr);
         CALL(one, avatar_passes_count, avatar_passes_blocks, avatar_passes_keep_lasting, avatar_dispatch, avatar_binding, avatar_constant);

@@ -83,6 +83,21 @@ namespace AvatarExport.Core {
         public string RightEyeJoint;
     }
 
+    /// <summary>What the light of a scene must know of an avatar. Its normals and the light of its capture are in the program.</summary>
+    public sealed class Relight {
+        /// <summary>Whether the light of its capture moves with it, not with the world.</summary>
+        public bool Follows;
+
+        /// <summary>And with this joint, by its index; -1: with none.</summary>
+        public int Head = -1;
+
+        /// <summary>[3] the middle of the sphere in which everything lies that casts shadows.</summary>
+        public double[] Centre;
+
+        /// <summary>Of that sphere, metres.</summary>
+        public double Radius;
+    }
+
     /// <summary>A level of detail as a person sees it.</summary>
     public sealed class LevelInfo {
         /// <summary>How many Gaussians it has.</summary>
@@ -162,6 +177,9 @@ namespace AvatarExport.Core {
 
         /// <summary>Null: ARKit cannot drive it.</summary>
         public Driving Driving;
+
+        /// <summary>Null: it takes no light of a scene.</summary>
+        public Relight Relight;
 
         /// <summary>Finest first.</summary>
         public LevelInfo[] Levels;

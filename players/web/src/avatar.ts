@@ -49,6 +49,15 @@ export interface Driving {
   readonly rightEyeJoint: string | null;
 }
 
+/** The light in which an avatar was captured, which the light of a scene can replace. */
+export interface Relight {
+  readonly frame: "head" | "world"; // what that light moved with
+  readonly ambient: readonly (readonly [number, number, number])[]; // [9] linear, as SH of a normal
+  readonly centre: readonly [number, number, number]; // what casts shadows lies within `radius` of it, metres
+  readonly radius: number;
+  readonly joint: string | null; // the head's, which the light moved with; null: it moved with the avatar, or was still
+}
+
 /** A level of detail as a person sees it. */
 export interface LevelInfo {
   readonly count: number; // Gaussians
@@ -85,6 +94,7 @@ export interface Avatar {
   readonly bounds: { readonly low: readonly [number, number, number]; readonly high: readonly [number, number, number] } | null;
   readonly background: readonly [number, number, number] | null; // display-referred; null: random in training
   readonly preview: Uint8Array | null; // WebP
+  readonly relight: Relight | null; // null: no light of a scene changes its colours
   readonly triangles: Uint32Array | null; // [3, F] where no Gaussian is embedded
   readonly bytes: number; // of the file
   readonly program: Program;

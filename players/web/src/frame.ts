@@ -18,6 +18,8 @@ export interface Place {
 export class FrameLayout {
   readonly first: Readonly<Record<string, number>>;
   readonly size: number;
+  /** The float that is 1 where the scene has a light. */
+  readonly lit: number;
 
   constructor(groups: number) {
     const first: Record<string, number> = {};
@@ -27,7 +29,8 @@ export class FrameLayout {
       at += floats * (name.startsWith(PER_GROUP) ? groups : 1);
     }
     this.first = first;
-    this.size = at;
+    this.lit = at;
+    this.size = at + 1;
   }
 
   /** The place of "world_row0" or "group_matrix_row1[2]". The pack's check has refused other names. */
@@ -44,6 +47,8 @@ export class FrameLayout {
 export class FrameValues {
   readonly layout: FrameLayout;
   readonly floats: Float32Array;
+  /** First float of the light, as `Lighting.write` has it. */
+  readonly lightAt: number;
   private readonly view = new Float64Array(16); // camera from avatar
   private readonly clip = new Float64Array(16);
   private readonly inverse = new Float64Array(12);
@@ -64,6 +69,7 @@ export class FrameValues {
     this.matrixRows = rows("group_matrix", 3);
     this.rotationRows = rows("group_rotation", 3);
     this.floats = new Float32Array(this.layout.size);
+    this.lightAt = this.layout.first["light_ambient0"] as number;
   }
 
   /** The results of stage `joints`. */

@@ -6,6 +6,7 @@ export type {
   Framing,
   Group,
   LevelInfo,
+  Relight,
   Skeleton,
 } from "./avatar.js";
 export { Camera } from "./camera.js";
@@ -15,6 +16,7 @@ export { levelFor, nextLevel } from "./level.js";
 export { idle } from "./life/idle.js";
 export { Life } from "./life/life.js";
 export { Look } from "./life/look.js";
+export type { DirectLight, Light } from "./light/light.js";
 export { load, type LoadOptions, type Source } from "./load.js";
 export { ARKIT_NAMES, CHANNELS, type DrivingFrame, drivingFrame, setChannels } from "./pose/arkit.js";
 export { Clip } from "./pose/clip.js";

@@ -1,10 +1,13 @@
 // One avatar in a scene: its pose, its place, and the values of the frame that its passes ask for.
 
-import type { Avatar } from "./avatar.js";
+import type { Avatar, Relight } from "./avatar.js";
 import type { Camera } from "./camera.js";
 import { AvatarError } from "./errors.js";
 import { FrameValues } from "./frame.js";
 import { heightPx, nextLevel } from "./level.js";
+import { LIGHT } from "./light/lazy.js";
+import type { Light } from "./light/light.js";
+import type { Lighting } from "./light/lighting.js";
 import type { Level } from "./pack/model.js";
 import { multiply } from "./pose/affine.js";
 import { Pose } from "./pose/pose.js";
@@ -14,7 +17,7 @@ const IDENTITY: readonly number[] = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0
 
 /** What a renderer does with instances. */
 export interface InstanceHost {
-  /** The set of drawn instances, or the level of one, has changed. */
+  /** The set of drawn instances, or the level of one, or whether it can be lit, has changed. */
   changed(instance: Instance): void;
   remove(instance: Instance): void;
 }
@@ -35,6 +38,11 @@ export class Instance {
   private readonly placed = new Float64Array(16); // scene from the pack's frame
   private readonly posed = new Float64Array(12); // scene from the person at rest
   private readonly poser: Poser;
+  /** @internal Whether it has had a light: then the passes of stages shadow and light are there. */
+  canBeLit = false;
+  private said: Light | null = null;
+  private lighting: Lighting | null = null;
+  private readonly joint: number; // of the light of the capture: its first float in `poseFloats`, or -1
   private shown = true;
   private at: number;
 
@@ -48,6 +56,7 @@ export class Instance {
     this.poser = new Poser(avatar);
     this.values = new FrameValues(avatar.groups.length);
     this.poseFloats = this.poser.update(this.pose).poseFloats;
+    this.joint = jointAt(avatar);
     this.at = checkedLevel(avatar, level);
   }
 
@@ -73,6 +82,37 @@ export class Instance {
     this.host.changed(this);
   }
 
+  /** The light of the scene, in the space that `place` leads to; null: as trained. Throws AvatarError for one that cannot be. */
+  get light(): Light | null {
+    return this.said;
+  }
+
+  set light(light: Light | null) {
+    this.setLighting(light);
+    this.said = light;
+  }
+
+  /** @internal */
+  get isLit(): boolean {
+    return this.lighting !== null;
+  }
+
+  /** @internal The numbers of its light, which the caller may write; they hold until `light` is set. Throws AvatarError if nothing can light it. */
+  lit(): Lighting {
+    checkRelit(this.avatar);
+    this.lighting ??= new (LIGHT.part as NonNullable<typeof LIGHT.part>).Lighting();
+    if (!this.canBeLit) {
+      this.canBeLit = true;
+      this.host.changed(this);
+    }
+    return this.lighting;
+  }
+
+  private setLighting(light: Light | null): void {
+    if (light === null) this.lighting = null;
+    else this.lit().set(light);
+  }
+
   /** @internal */
   get program(): Level {
     return this.avatar.program.levels[this.at] as Level;
@@ -80,8 +120,12 @@ export class Instance {
 
   /** @internal Stage `joints` and the camera. */
   update(camera: Camera): void {
-    this.values.setPosed(this.poser.update(this.pose));
-    this.values.setCamera(camera, this.placeOfPack());
+    const { values, lighting, placed } = this;
+    const posed = this.poser.update(this.pose);
+    values.setPosed(posed);
+    values.setCamera(camera, this.placeOfPack());
+    values.floats[values.layout.lit] = lighting === null ? 0 : 1;
+    lighting?.write(values.floats, values.lightAt, this.avatar.relight as Relight, placed, posed, this.joint);
   }
 
   /**
@@ -116,6 +160,17 @@ export class Instance {
   dispose(): void {
     this.host.remove(this);
   }
+}
+
+function jointAt({ relight, skeleton, program }: Avatar): number {
+  const joint = relight?.joint ? (skeleton?.names.indexOf(relight.joint) ?? -1) : -1;
+  return joint < 0 ? -1 : program.pose.joints + 12 * joint;
+}
+
+/** @internal Throws AvatarError if no light of a scene changes its colours. */
+export function checkRelit(avatar: Avatar): void {
+  if (avatar.relight !== null) return;
+  throw new AvatarError("its colours hold an unknown light; make it with `pack --relight`", { owner: avatar.name, field: "light" });
 }
 
 function checkedLevel(avatar: Avatar, level: number): number {

@@ -3,7 +3,8 @@
 import type { Avatar } from "./avatar.js";
 import type { Camera } from "./camera.js";
 import { AvatarError } from "./errors.js";
-import { Instance } from "./instance.js";
+import { checkRelit, Instance } from "./instance.js";
+import type { Light } from "./light/light.js";
 import type { Background, Renderer } from "./renderer.js";
 import { DEVICE } from "./webgpu/device.js";
 
@@ -21,6 +22,7 @@ export class Player {
   readonly instances: Instance[] = [];
 
   private disposed = false;
+  private said: Light | null = null;
 
   private constructor(
     /** null: nothing is shown, and `readPixels` gives the image. */
@@ -54,11 +56,30 @@ export class Player {
     return this.renderer.images;
   }
 
-  /** Puts an avatar into the scene. Throws AvatarError where it exceeds a limit of the GPU or has no such level, and after `dispose`. */
+  /**
+   * The light of the scene, which falls on all avatars, also on those that are added later; null: all are shown as
+   * trained. Throws AvatarError for a light that cannot be, and for an avatar that was not packed with `--relight`.
+   */
+  get light(): Light | null {
+    return this.said;
+  }
+
+  set light(light: Light | null) {
+    const { instances } = this;
+    for (let i = 0; light !== null && i < instances.length; i++) checkRelit((instances[i] as Instance).avatar);
+    for (let i = 0; i < instances.length; i++) (instances[i] as Instance).light = light;
+    this.said = light;
+  }
+
+  /**
+   * Puts an avatar into the scene. Throws AvatarError where it exceeds a limit of the GPU, has no such level or cannot
+   * have the light of the scene, and after `dispose`.
+   */
   add(avatar: Avatar, options: { level?: number } = {}): Instance {
     this.checkAlive();
     const host = { changed: (one: Instance) => this.renderer.changed(one), remove: (one: Instance) => this.remove(one) };
     const instance = new Instance(avatar, host, options.level ?? 0);
+    if (this.said !== null) instance.light = this.said;
     this.renderer.add(instance);
     this.instances.push(instance);
     return instance;

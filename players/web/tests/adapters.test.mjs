@@ -1,17 +1,8 @@
 // Avatars in three.js, Babylon.js and PlayCanvas: node --test tests/adapters.test.mjs.
 import assert from "node:assert/strict";
-import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { CHROMIUM, HERE, PACKS, PAGE, launch, open, scriptOf, serve } from "./browser.mjs";
-
-const MOLE = join(PACKS, "../../mole"); // a head with a mole on its left cheek, in both frames
-const FILES = { "/first.avatar": join(PACKS, "joints.avatar"), "/second.avatar": join(PACKS, "surface.avatar") };
-for (const hand of ["right", "left"]) FILES[`/${hand}.avatar`] = join(MOLE, `${hand}.avatar`);
-const SIZE = 128;
-const DISTANCE = 0.6; // of the camera
-const PART = [40, 16, 64]; // of a viewport: x, y from below, size
-const WALL = [200, 90, 30];
-const BACKGROUND = [40, 60, 120];
+import { BACKGROUND, DISTANCE, PART, SIZE, WALL, begin, difference, end, pictures, play } from "./adapters_page.mjs";
+import { CHROMIUM } from "./browser.mjs";
 
 // Everything that an adapter does, once. A wall hides x < 0 of what is behind it.
 const STEPS = [
@@ -88,55 +79,18 @@ const REST = [
 ];
 if (process.env.ADAPTERS === "all") ENGINES.push(...REST);
 const asked = ENGINES.filter(({ api }) => CHROMIUM || api !== "webgpu");
-const OPTIONS = { distance: DISTANCE, antialias: false, target: false, synchronous: false };
 
-let browser;
-const scripts = new Map(); // by entry point and stage
+
 const expected = {}; // what the player shows, blended as displayed and in linear light
 
-/** Calls `play` of harness/adapters/ENTRY.js, that asks for `stage`, in a page of its own. Returns what it returns, what it posted, and errors. */
-async function play(entry, stage, ...values) {
-  const key = `${entry} ${stage}`;
-  if (!scripts.has(key)) scripts.set(key, await scriptOf(`adapters/${entry}`, { stage: join(HERE, `harness/adapters/${stage}.js`) }));
-  const server = await serve({ ...FILES, "/index.html": PAGE, "/page.js": Buffer.from(scripts.get(key)) });
-  try {
-    const { page, errors } = await open(browser, `${server.address}/index.html`);
-    await page.waitForFunction(() => window.play !== undefined, { timeout: 60_000 }).catch((error) => {
-      throw new Error([error.message, ...errors].join("\n"));
-    });
-    const result = await page.evaluate((all) => window.play(...all), values);
-    await page.close();
-    return [result, Object.fromEntries(server.written), errors];
-  } finally {
-    server.close();
-  }
-}
-
-/** Plays steps with a stage. Returns what was posted: pictures as RGBA bytes, first row on top. */
-async function pictures({ stage, ...options }, steps) {
-  const [errors, posted, others] = await play("page", stage, { ...OPTIONS, ...options }, steps);
-  const lost = steps.some(([what]) => what === "lose");
-  assert.deepEqual([...errors, ...others].filter((error) => !lost || !/context|CONTEXT_LOST/i.test(error)), []);
-  return posted;
-}
-
 before(async () => {
-  browser = await launch();
+  await begin();
   for (const linear of [false, true]) {
     expected[linear] = await pictures({ stage: "player", api: "webgl2", linear }, OF_PLAYER);
     sameForBothHands(expected[linear]);
   }
 });
-after(() => browser?.close());
-
-/** The largest difference of two pictures, in steps of 1/255; `inside(x)` chooses columns. */
-function difference(a, b, inside = () => true) {
-  let most = 0;
-  for (let i = 0; i < 4 * SIZE * SIZE; i++) {
-    if (i % 4 < 3 && inside((i >> 2) % SIZE)) most = Math.max(most, Math.abs(a[i] - b[i]));
-  }
-  return most;
-}
+after(end);
 
 function near(a, b, what, inside) {
   assert.ok(difference(a, b, inside) <= 1, `${what}: ${difference(a, b, inside)}`);

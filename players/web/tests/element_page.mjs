@@ -17,6 +17,7 @@ before(async () => {
   const cut = (await readFile(joints)).subarray(0, 5000);
   server = await serve({
     "/index.html": PAGE, "/page.js": Buffer.from(await scriptOf("element")), "/cut.avatar": cut, "/joints.avatar": joints,
+    ...(process.env.LIT ? { "/lit.avatar": process.env.LIT } : {}), // a pack that can be lit
     "/surface.avatar": join(PACKS, "surface.avatar"), "/still.avatar": join(PACKS, "surface_without_rig.avatar"), "/levels.avatar": join(PACKS, "../../mole/right.avatar"),
   });
   browser = await launch({ webgpu: false });

@@ -1,4 +1,5 @@
-// What frames compute again and allocate, and what loading leaves behind. LONG=1 measures WebGPU too, which is slow in software.
+// What frames compute again and allocate, and what loading leaves behind. LONG=1 measures WebGPU too, which is slow in software; LIT takes
+// a pack that can be lit, and another light for each frame.
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
@@ -24,7 +25,7 @@ let browser, server, script;
 
 before(async () => {
   script = await scriptOf("memory");
-  server = await serve({ "/index.html": PAGE, "/page.js": Buffer.from(script), "/a.avatar": join(PACKS, "joints.avatar") });
+  server = await serve({ "/index.html": PAGE, "/page.js": Buffer.from(script), "/a.avatar": process.env.LIT ?? join(PACKS, "joints.avatar") });
   browser = await launch();
 });
 after(async () => {

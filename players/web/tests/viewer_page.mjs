@@ -33,6 +33,7 @@ export async function begin() {
   const newer = repacked(joints, ({ document }) => (document.asset.minVersion = "99.0"));
   const odd = repacked(joints, ({ document }) => (document.avatar.clips[0].name = "n\u202eo\u001bd"));
   const packs = { joints, surface, odd, cut: joints.subarray(0, joints.length / 2), newer, nothing: Buffer.from("nothing"), right, left };
+  if (process.env.LIT) packs.lit = await readFile(process.env.LIT); // a pack that can be lit
   const served = {};
   for (const name of ["index.html", "viewer.js", "viewer.css"]) served[name] = join(folder, name);
   for (const [id, bytes] of Object.entries(packs)) await writeFile((served[`${id}.avatar`] = join(folder, `${id}.avatar`)), bytes);

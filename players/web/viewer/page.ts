@@ -9,6 +9,7 @@ import { Clips, type Motion } from "./motion/clips.js";
 import { byId, errorText, setText } from "./parts/dom.js";
 import { listenForFiles } from "./parts/drop.js";
 import { listenForKeys, showKeys } from "./parts/keys.js";
+import { LightControls } from "./controls/light.js";
 import { Live } from "./motion/live.js";
 import { Loading } from "./parts/loading.js";
 import { aboutSection, Look } from "./controls/look.js";
@@ -45,6 +46,7 @@ export class Page {
   private readonly clips = new Clips();
   private readonly loading = new Loading();
   private readonly look: Look;
+  private readonly light: LightControls;
   private readonly panel: Panel;
   private readonly live: Live;
   private readonly saving: Saving;
@@ -73,6 +75,7 @@ export class Page {
       failed: (error) => this.messages.error(errorText(error)),
     });
     this.look = new Look(this.stage);
+    this.light = new LightControls(this.stage);
     this.saving = new Saving(this.stage, this.messages);
     this.panel = new Panel(byId("sections"), byId("search"), byId("found"), () => this.written());
     this.live = new Live(byId("live-state"), {
@@ -204,7 +207,8 @@ export class Page {
     const sections = [expressionSection(avatar, pose), arkitSection(avatar, this.inputs), jointSection(avatar, pose)];
     this.panel.setSections(sections.filter((section): section is ChannelSection => section !== null));
     this.look.setAvatar(avatar);
-    byId("sections").prepend(this.look.element);
+    this.light.setAvatar(avatar);
+    byId("sections").prepend(this.look.element, ...(avatar.relight === null ? [] : [this.light.element]));
     const share = this.entry === null ? null : shareSection(this.entry);
     byId("sections").append(...(share === null ? [] : [share]), aboutSection(avatar, this.stage.player?.backend ?? ""));
   }
@@ -242,6 +246,7 @@ export class Page {
   }
 
   private drawn(): void {
+    this.light.showSun();
     const now = performance.now();
     if (now - this.shownAt < PANEL_EVERY_MS) return;
     this.showValues(now);
@@ -308,7 +313,7 @@ export class Page {
       recording: (name, text) => this.record(name, text),
       failed: (error) => this.messages.error(errorText(error)),
     });
-    const keys = keysOf({ orbit: this.stage.orbit, clips: this.clips, look: this.look });
+    const keys = keysOf({ orbit: this.stage.orbit, clips: this.clips, look: this.look, light: this.light });
     listenForKeys(keys);
     showKeys(byId("keys"), keys);
     this.showPanel(!matchMedia(NARROW).matches);

@@ -10,12 +10,14 @@ import numpy as np
 from avatar_runtime.avatar import F32, Avatar, Gaussians
 from avatar_runtime.backends import Arrays
 from avatar_runtime.camera import Camera
+from avatar_runtime.light import SHADOW_SIZE, LightArrays
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.stages.activate import Splats, activate
 from avatar_runtime.stages.bind import Bound, bind, bind_surface
 from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.groups import GroupTransforms
+from avatar_runtime.stages.light import casting, light, shadow_map
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.project import TILE, Projected, project, touched_tiles
 from avatar_runtime.stages.raster import PROFILES, Image, raster
@@ -58,14 +60,32 @@ class ReferenceBackend:
 
     def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
         """All stages."""
-        return self.draw(self.animate(posed, clock), camera, background, profile, clock)
+        return _drawn(self.seen(posed, camera, clock), camera, background, profile, clock)
 
     def draw(self, splats: Splats, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
         """Stages from `project` on."""
+        return _drawn(self._projected(splats, camera, clock), camera, background, profile, clock)
+
+    def seen(self, posed: Posed, camera: Camera, clock: Clock) -> Projected:
+        """Stages up to project, or to light where there is one."""
+        splats = self.animate(posed, clock)
+        given, relight, shadow = posed.light, self.avatar.relight, None
+        if given is None or relight is None:
+            return self._projected(splats, camera, clock)
+        if given.shadow_offset[2]:
+            vertices = (
+                self._vertices(posed, clock)
+                if self._surface or not self.avatar.rig
+                else self.mesh(posed, clock)
+            )
+            mesh = casting(self.avatar, vertices, posed.world_from_avatar)
+            shadow = clock.timed("shadow", lambda: shadow_map(splats, given, mesh))
+        projected = self._projected(splats, camera, clock)
+        return clock.timed("light", lambda: light(projected, splats, relight, given, shadow))
+
+    def _projected(self, splats: Splats, camera: Camera, clock: Clock) -> Projected:
         avatar = self.avatar
-        projected = clock.timed("project", lambda: project(splats, camera, avatar.raster, avatar.sh_degree))
-        order = clock.timed("sort", lambda: sort(projected))
-        return clock.timed("raster", lambda: raster(projected, order, camera, background, profile))
+        return clock.timed("project", lambda: project(splats, camera, avatar.raster, avatar.sh_degree))
 
     def release(self) -> None:
         """Nothing: arrays go with the backend."""
@@ -99,6 +119,12 @@ class ReferenceBackend:
             posed.groups,
             posed.world_from_avatar,
         )
+
+
+def _drawn(projected: Projected, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
+    """Stages sort and raster."""
+    order = clock.timed("sort", lambda: sort(projected))
+    return clock.timed("raster", lambda: raster(projected, order, camera, background, profile))
 
 
 def _morph(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
@@ -175,6 +201,22 @@ def _raster(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile
     return {"colour": image.colour, "transmittance": image.transmittance}
 
 
+def _shadow(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
+    splats = Splats(x["mean"], x["scale"], x["quat_wxyz"], x["opacity"], np.zeros((0, 0, 3), np.float32))
+    mesh = casting(backend.avatar, x.get("posed_vertices"), x["world_from_avatar"])
+    return {"shadow": shadow_map(splats, LightArrays.of(x), mesh).ravel()}
+
+
+def _light(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile: str) -> dict[str, Any]:
+    relight = backend.avatar.relight
+    assert relight is not None
+    shadow = x["shadow"].reshape(SHADOW_SIZE, SHADOW_SIZE) if "shadow" in x else None
+    none = np.zeros(0, np.float32)
+    seen = Projected(none, none, none, none, x["rgb"], x["radius"], none, np.zeros((0, 4), np.int32))
+    splats = Splats(x["mean"], none, x["quat_wxyz"], none, none)
+    return {"rgb": light(seen, splats, relight, LightArrays.of(x), shadow).rgb}
+
+
 Run = Callable[[ReferenceBackend, Arrays, "Camera | None", str], dict[str, Any]]
 RUN: dict[str, Run] = {
     "morph": _morph,
@@ -182,7 +224,9 @@ RUN: dict[str, Run] = {
     "blend": _blend,
     "bind": _bind_stage,
     "activate": _activate,
+    "shadow": _shadow,
     "project": _project,
+    "light": _light,
     "sort": _sort,
     "raster": _raster,
 }

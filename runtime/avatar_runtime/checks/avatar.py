@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, F64, Avatar, Driving, Gaussians, Rig, Rules
+from avatar_runtime.avatar import F32, F64, Avatar, Driving, Gaussians, Relight, Rig, Rules
 from avatar_runtime.checks.arrays import check_f32, check_names, check_sparse, expect
 from avatar_runtime.checks.enhancer import check_enhancer
 from avatar_runtime.checks.fields import check_types
@@ -19,6 +19,7 @@ from avatar_runtime.rules import (
     DRIVING_MODES,
     HEAD_POSE_IN,
     JOINT_ROTATIONS,
+    LIGHT_FRAMES,
     RIGGED_ROTATIONS,
     SKIN_ROTATIONS,
     SKIN_SCALES,
@@ -70,9 +71,23 @@ def check_avatar(avatar: Avatar, *, packed: bool = False) -> Avatar:
             check_places(avatar.embedding)
     for clip in avatar.clips:
         check_clip(clip, k, len(avatar.eyelids), joints)
+    if avatar.relight:
+        _check_relight(avatar.relight, n, avatar.rig.joint_names if avatar.rig else ())
     if avatar.enhancer:
         check_enhancer(avatar.enhancer)
     return avatar
+
+
+def _check_relight(relight: Relight, rows: int, joints: tuple[str, ...]) -> None:
+    check_f32("relight.normal", relight.normal, (rows, 3))
+    check_f32("relight.ambient", relight.ambient, (9, 3))
+    _one_of("relight.frame", relight.frame, LIGHT_FRAMES)
+    if relight.joint is not None and relight.joint not in joints:
+        raise AvatarError(f"{relight.joint!r} is not a joint of the rig", field="relight.joint")
+    if not np.isfinite((*relight.centre, relight.radius)).all() or relight.radius <= 0:
+        raise AvatarError(
+            f"is {relight.radius:g} about {list(relight.centre)}; a sphere is needed", field="relight.radius"
+        )
 
 
 def _check_gaussians(g: Gaussians) -> None:

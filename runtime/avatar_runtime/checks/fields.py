@@ -20,6 +20,7 @@ from avatar_runtime.avatar import (
     Group,
     Packed,
     RasterSettings,
+    Relight,
     Rig,
     Rules,
     SparseRows,
@@ -29,7 +30,7 @@ from avatar_runtime.io.errors import AvatarError
 
 Check = Callable[[str, Any], object]
 PARTS = (Blendshapes, Driving, Gaussians, RasterSettings, Rules, SparseRows)
-OPTIONAL_PARTS = (Embedding, Enhancer, Rig)  # None is none
+OPTIONAL_PARTS = (Embedding, Enhancer, Relight, Rig)  # None is none
 ROWS = (Clip, Expression, Group)  # tuples of them
 
 

@@ -17,6 +17,7 @@ from avatar_runtime.avatar import (
     Expression,
     Group,
     RasterSettings,
+    Relight,
     Rules,
 )
 from avatar_runtime.io.errors import AvatarError
@@ -82,9 +83,29 @@ def encode(
         "files": files,
         "provenance": dict(avatar.provenance),
     }
+    if avatar.relight is not None:
+        known["relight"] = encode_relight(avatar.relight)
     if avatar.enhancer is not None:
         known["enhancer"] = encode_enhancer(avatar.enhancer)
     return known | dict(avatar.extras)
+
+
+def encode_relight(relight: Relight) -> dict[str, Any]:
+    """What a manifest says of it; the normals are an array."""
+    return {
+        "frame": relight.frame,
+        "joint": relight.joint,
+        "ambient": [[float(v) for v in row] for row in relight.ambient],
+        "centre": list(relight.centre),
+        "radius": relight.radius,
+    }
+
+
+def decode_relight(said: Mapping[str, Any], normal: F32) -> Relight:
+    """Of key `relight` of a manifest that the schema accepts, and the normals [N, 3]."""
+    x, y, z = map(float, said["centre"])
+    ambient = np.array(said["ambient"], np.float64).astype(np.float32)
+    return Relight(normal, ambient, said["frame"], (x, y, z), float(said["radius"]), said.get("joint"))
 
 
 def unknown_keys(manifest: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,11 +18,12 @@ import numpy.typing as npt
 
 from avatar_runtime.codec import json_text
 from avatar_runtime.codec.gzip_pieces import GzipWriter
+from avatar_runtime.codec.program import program_document, read_program
 from avatar_runtime.codec.sections import BITS, incidence
 from avatar_runtime.codec.sections import decode as decode_section
 from avatar_runtime.codec.sections import encode as encode_section
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.program.model import POSE_SECTIONS, Buffer, Level, Pass, Program, Run, Section
+from avatar_runtime.program.model import Buffer, Program, Section
 from avatar_runtime.program.passes import SHADERS
 from avatar_schema.validate import schema_problems, version_problems
 
@@ -119,30 +120,6 @@ class _Writer:
         for name, data in self.tensors.items():
             sizes[name] = out.add(data)
         return out.done(), sizes
-
-
-def program_document(program: Program) -> dict[str, Any]:
-    """The lists of passes and everything about the buffers but their contents."""
-    return {
-        "pose": dict(program.pose),
-        "pose_floats": program.pose_floats,
-        "reads_mesh": program.reads_mesh,
-        "mesh": [_pass(one) for one in program.mesh],
-        "levels": [
-            {
-                "prefix": level.prefix,
-                "chunks": [[run.first, run.count] for run in level.chunks],
-                "deform": [_pass(one) for one in level.deform],
-                "view": [_pass(one) for one in level.view],
-            }
-            for level in program.levels
-        ],
-    }
-
-
-def _pass(one: Pass) -> dict[str, Any]:
-    constants = {k: list(v) if isinstance(v, tuple) else v for k, v in one.constants.items()}
-    return {"entry": one.entry, "rows": one.rows, "buffers": dict(one.buffers), "constants": constants}
 
 
 def decode(data: bytes, file: str) -> PackFile:
@@ -372,28 +349,3 @@ class _Reader:
         self._left -= size
         if self._left < 0:
             raise AvatarError(f"with it the pack takes more than {self._most} bytes", field=where)
-
-
-def read_program(said: Mapping[str, Any], buffers: Mapping[str, Buffer]) -> Program:
-    """The program of a document that the schema accepts."""
-    return Program(
-        buffers,
-        tuple(_read_pass(one) for one in said["mesh"]),
-        tuple(
-            Level(
-                level["prefix"],
-                tuple(Run(int(first), int(count)) for first, count in level["chunks"]),
-                tuple(_read_pass(one) for one in level["deform"]),
-                tuple(_read_pass(one) for one in level["view"]),
-            )
-            for level in said["levels"]
-        ),
-        {name: int(said["pose"][name]) for name in POSE_SECTIONS},
-        int(said["pose_floats"]),
-        bool(said["reads_mesh"]),
-    )
-
-
-def _read_pass(said: Mapping[str, Any]) -> Pass:
-    constants = {k: tuple(v) if isinstance(v, list) else v for k, v in said["constants"].items()}
-    return Pass(said["entry"], int(said["rows"]), dict(said["buffers"]), constants)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.driving.arkit import CHANNELS
+from avatar_runtime.light import AMBIENT_TERMS, MOST_LIGHTS, SHADOW_SIZE, Light
 from avatar_runtime.rules import RIGGED_ROTATIONS
 
 Tensors = Mapping[str, npt.NDArray[Any]]
@@ -75,18 +76,23 @@ WEIGHTS: Mapping[str, Callable[[Tensors, Tensors, Camera], F32]] = {"conic": _in
 # Where two right answers differ by more than rounding. `sign`: q and -q are one rotation, told apart by rounding
 # near half a turn. `drawn`: the radius, a ceil, may be one off, and a row on the border of the image or of the near
 # plane may be drawn or not; its other arrays are then not judged. `cutoff`: alpha at 1/255 and transmittance at 1e-4
-# are thresholds; a pixel on the other side moves by no more than FLIP_STEP times the brightest colour.
-FLIPS = ("sign", "drawn", "cutoff")
+# are thresholds; a pixel on the other side moves by no more than FLIP_STEP times the brightest colour. `shadow`: which
+# texels a splat covers is a threshold, and so is whether a texel shadows a row; the other side may be anything.
+FLIPS = ("sign", "drawn", "cutoff", "shadow")
 FLIP_STEP = 4e-3  # a little more than 1/255, the alpha that is lost or gained
 
-WHEN: Mapping[str, Callable[[Avatar], bool]] = {
-    "always": lambda avatar: True,
-    "rig": lambda avatar: avatar.rig is not None,
-    "mesh": lambda avatar: avatar.rig is not None and len(avatar.rig.vertices) > 0,
-    "anchor": lambda avatar: any(group.binding == "anchor" for group in avatar.groups),
-    "skin": lambda avatar: avatar.embedding is None,
-    "surface": lambda avatar: avatar.embedding is not None,
-    "joints": lambda avatar: avatar.embedding is None or avatar.rules.rotation in RIGGED_ROTATIONS,
+# By the avatar, and the light of the case.
+WHEN: Mapping[str, Callable[[Avatar, Light | None], bool]] = {
+    "always": lambda avatar, light: True,
+    "rig": lambda avatar, light: avatar.rig is not None,
+    "mesh": lambda avatar, light: avatar.rig is not None and len(avatar.rig.vertices) > 0,
+    "anchor": lambda avatar, light: any(group.binding == "anchor" for group in avatar.groups),
+    "skin": lambda avatar, light: avatar.embedding is None,
+    "surface": lambda avatar, light: avatar.embedding is not None,
+    "joints": lambda avatar, light: avatar.embedding is None or avatar.rules.rotation in RIGGED_ROTATIONS,
+    "casting": lambda avatar, light: avatar.embedding is not None or WHEN["mesh"](avatar, light),
+    "lit": lambda avatar, light: light is not None,
+    "shadowed": lambda avatar, light: light is not None and light.shadow,
 }
 
 _WEIGHTS_IN = _f32("expression_weights", "K")
@@ -159,6 +165,20 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
             Array("opacity", "float32", ("N",), relative=64),
         ),
     ),
+    "shadow": Stage(
+        (
+            _f32("mean", "N", 3),
+            _f32("scale", "N", 3),
+            _f32("quat_wxyz", "N", 4),
+            _f32("opacity", "N"),
+            _f32("posed_vertices", "V", 3, when="casting"),
+            Array("world_from_avatar", "float64", (4, 4)),
+            _f32("shadow_row", 4, 4),
+        ),
+        # One product with a matrix, whose terms are larger than the distance.
+        (Array("shadow", "float32", (SHADOW_SIZE**2,), relative=128, flips="shadow"),),
+        when="shadowed",
+    ),
     "project": Stage(
         (
             _f32("mean", "N", 3),
@@ -176,6 +196,24 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
             Array("opacity", "float32", ("N",)),
             Array("rgb", "float32", ("N", 3), 128, floor=1.0),  # sixteen terms of degree up to three
         ),
+    ),
+    "light": Stage(
+        (
+            _f32("mean", "N", 3),
+            _f32("quat_wxyz", "N", 4),
+            Array("radius", "int32", ("N",)),
+            _f32("rgb", "N", 3),
+            _f32("light_turn", 3, 4),
+            _f32("light_ambient", AMBIENT_TERMS, 4),
+            _f32("light_place", MOST_LIGHTS, 4),
+            _f32("light_colour", MOST_LIGHTS, 4),
+            _f32("shadow_offset", 4),
+            _f32("shadow_row", 4, 4, when="shadowed"),
+            _f32("shadow", SHADOW_SIZE**2, when="shadowed"),
+        ),
+        # Light is divided by as little as 0.05, and the steepest part of the curve multiplies a channel by 12.92.
+        (Array("rgb", "float32", ("N", 3), 256, floor=1.0, flips="shadow"),),
+        when="lit",
     ),
     "sort": Stage(
         (_f32("depth", "N"), Array("radius", "int32", ("N",))),
@@ -215,14 +253,14 @@ DRIVING_ARRAYS = Stage(
 JUDGED: Mapping[str, Stage] = {DRIVING: DRIVING_ARRAYS, **STAGE_ARRAYS}
 
 
-def stages_of(avatar: Avatar) -> tuple[str, ...]:
-    """The stages that `avatar` has, in order."""
-    return tuple(name for name, stage in STAGE_ARRAYS.items() if WHEN[stage.when](avatar))
+def stages_of(avatar: Avatar, light: Light | None = None) -> tuple[str, ...]:
+    """The stages that `avatar` has in a light, in order."""
+    return tuple(name for name, stage in STAGE_ARRAYS.items() if WHEN[stage.when](avatar, light))
 
 
-def inputs_of(stage: str, avatar: Avatar) -> tuple[Array, ...]:
-    """The inputs that a stage takes for `avatar`."""
-    return tuple(array for array in STAGE_ARRAYS[stage].inputs if WHEN[array.when](avatar))
+def inputs_of(stage: str, avatar: Avatar, light: Light | None = None) -> tuple[Array, ...]:
+    """The inputs that a stage takes for `avatar` in a light."""
+    return tuple(array for array in STAGE_ARRAYS[stage].inputs if WHEN[array.when](avatar, light))
 
 
 def sizes(avatar: Avatar) -> dict[str, int]:

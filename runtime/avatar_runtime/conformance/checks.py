@@ -63,11 +63,14 @@ def check_fits(reference: Reference, avatar: Avatar, part: Avatar) -> None:
             file=VECTORS,
         )
     for vectors in reference.cases:
+        if vectors.case.light is not None and avatar.relight is None:
+            raise AvatarError("has a light, but this avatar takes none", file=CASES, field=vectors.case.name)
         for step in vectors.steps:
             field = f"{vectors.case.name}/{step.stage}"
-            if not WHEN[STAGE_ARRAYS[step.stage].when](avatar):
+            light = vectors.case.light
+            if not WHEN[STAGE_ARRAYS[step.stage].when](avatar, light):
                 raise AvatarError("is a stage that this avatar does not have", file=CASES, field=field)
-            missing = {array.name for array in inputs_of(step.stage, avatar)} - step.inputs.keys()
+            missing = {array.name for array in inputs_of(step.stage, avatar, light)} - step.inputs.keys()
             if missing:
                 raise AvatarError(f"lacks {', '.join(sorted(missing))}", file=CASES, field=field)
         _check_steps(vectors, avatar)
@@ -77,7 +80,8 @@ def check_fits(reference: Reference, avatar: Avatar, part: Avatar) -> None:
 def _check_steps(vectors: CaseVectors, avatar: Avatar) -> None:
     """Every stage that the avatar has, once, in order."""
     found = [(step.stage, step.profile) for step in vectors.steps]
-    want = [(s, p) for s in stages_of(avatar) for p in (PROFILES if s == "raster" else (None,))]
+    stages = stages_of(avatar, vectors.case.light)
+    want = [(s, p) for s in stages for p in (PROFILES if s == "raster" else (None,))]
     for stage, profile in want:
         named = stage if profile is None else f"{stage} in profile {profile}"
         if (stage, profile) not in found:

@@ -179,7 +179,7 @@ def _joints(avatar: Avatar, case: str, pose: PoseArrays, tensors: dict[str, Tens
     if avatar.rig is None:
         return ()
     inputs = {array.name: f"{case}/{DRIVING}/{array.name}" for array in inputs_of("joints", avatar)}
-    if WHEN["anchor"](avatar):
+    if WHEN["anchor"](avatar, None):
         inputs["anchor_vertices"] = f"{case}/anchor_vertices"
         tensors[inputs["anchor_vertices"]] = posed_anchors(avatar.rig, pose)
     made = joints_alone(avatar, {array: tensors[name] for array, name in inputs.items()})

@@ -23,7 +23,7 @@ def check_driving_fits(reference: DrivingReference, avatar: Avatar) -> None:
     for case in reference.cases:
         for step in case.steps:
             field = f"{case.name}/{step.stage}"
-            if not WHEN[JUDGED[step.stage].when](avatar):
+            if not WHEN[JUDGED[step.stage].when](avatar, None):
                 raise AvatarError(
                     "is a stage that this avatar does not have", file=DRIVING_CASES, field=field
                 )

@@ -22,6 +22,7 @@ from avatar_runtime.conformance.steps import (
     tensor_finder,
 )
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.light import light_of, said_light
 from avatar_runtime.pose import Pose
 from avatar_schema import LATEST
 from avatar_schema.validate import document_problems
@@ -115,6 +116,7 @@ def _case(vectors: CaseVectors, tensors: Mapping[str, Tensor]) -> dict[str, Any]
             "height": camera.height,
         },
         "background": list(case.background),
+        **({} if case.light is None else {"light": said_light(case.light)}),
         "stages": [step_entry(step, tensors) for step in vectors.steps],
         "pictures": [
             {"profile": p, "colour": colour, "alpha": alpha} for p, (colour, alpha) in named.items()
@@ -152,6 +154,7 @@ def _decode_case(said: Mapping[str, Any]) -> Case:
             ),
             (red, green, blue),
             bool(said["pictures"]),
+            light_of(said["light"], CASES) if "light" in said else None,
         )
 
 

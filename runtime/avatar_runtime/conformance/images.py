@@ -8,11 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, Avatar
-from avatar_runtime.backends import make_backend
+from avatar_runtime.backends.reference import ReferenceBackend
 from avatar_runtime.conformance.model import Case, View
 from avatar_runtime.player import ABSURD, Player
 from avatar_runtime.posed import Clock
-from avatar_runtime.stages.project import project
 from avatar_runtime.stages.raster import Image, raster
 from avatar_runtime.stages.sort import sort
 
@@ -22,9 +21,8 @@ BYTE_ROUNDING = 0.5
 @ABSURD
 def draw(avatar: Avatar, case: Case, profiles: Iterable[str]) -> dict[str, Image]:
     """The NumPy stages' image in each profile; the stages before raster run once."""
-    player = Player(avatar, "reference")
-    splats = make_backend("reference", avatar).animate(player.posed(case.pose), Clock())
-    seen = project(splats, case.camera, avatar.raster, avatar.sh_degree)
+    posed = Player(avatar, "reference", light=case.light).posed(case.pose)
+    seen = ReferenceBackend(avatar).seen(posed, case.camera, Clock())
     order, background = sort(seen), np.array(case.background, np.float32)
     return {profile: raster(seen, order, case.camera, background, profile) for profile in profiles}
 

@@ -127,11 +127,19 @@ def _cutoff(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
     return difference, over & (step <= FLIP_STEP * brightest)
 
 
+def _shadow(have: F64, want: F64, allowed: F64, brightest: float) -> Compared:
+    """Texels or rows beyond the tolerance, whatever they are."""
+    difference = _difference(have, want)
+    over = np.asarray(difference > allowed, bool).reshape(len(want), -1)
+    return difference, np.asarray(over.any(axis=1), bool)
+
+
 RULES: Mapping[str | None, Callable[[F64, F64, F64, float], Compared]] = {
     None: _close,
     "sign": _either_sign,
     "drawn": _ceil,
     "cutoff": _cutoff,
+    "shadow": _shadow,
 }
 
 

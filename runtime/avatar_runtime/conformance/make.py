@@ -22,8 +22,11 @@ from avatar_runtime.conformance.images import draw, psnr_db, view
 from avatar_runtime.conformance.model import Case, CaseVectors, Expected, Reference, Step, Tensor
 from avatar_runtime.conformance.rows import kept_pixels, thinned
 from avatar_runtime.conformance.stages import at_pixels, posed_anchors, run_stage
-from avatar_runtime.pose import resolve
+from avatar_runtime.light import head_joint, light_arrays
+from avatar_runtime.pose import PoseArrays, resolve
 from avatar_runtime.stages.groups import group_transforms
+from avatar_runtime.stages.joints import joints
+from avatar_runtime.stages.light import FAR
 from avatar_runtime.stages.raster import PROFILES, Image
 from avatar_runtime.subset import Subset, subset
 
@@ -84,9 +87,9 @@ def _case(
 
     keep("pose", _given(avatar, part, case))
     steps = []
-    for stage in stages_of(avatar):
+    for stage in stages_of(avatar, case.light):
         for profile in PROFILES if stage == "raster" else (None,):
-            inputs = {array.name: latest[array.name] for array in inputs_of(stage, avatar)}
+            inputs = {array.name: latest[array.name] for array in inputs_of(stage, avatar, case.light)}
             given = {name: tensors[tensor] for name, tensor in inputs.items()}
             outputs = run_stage(avatar, backend, stage, profile, given, case.camera)
             where, label = None, stage if profile is None else f"{stage}.{profile}"
@@ -98,7 +101,7 @@ def _case(
             expected = {}
             for array in STAGE_ARRAYS[stage].outputs:
                 weight = weights(array, given, outputs, case.camera)
-                expected[array.name] = _expected(array, latest[array.name], tensors, weight, case)
+                expected[array.name] = _expected(stage, array, latest[array.name], tensors, weight, case)
             steps.append(Step(stage, profile, inputs, expected, where))
     if not case.images:
         return CaseVectors(case, tuple(steps))
@@ -121,6 +124,7 @@ def _given(avatar: Avatar, part: Subset, case: Case) -> dict[str, Tensor]:
         "joint_delta": arrays.joint_delta,
         "world_from_avatar": arrays.world_from_avatar,
         "background": np.array(case.background, np.float32),
+        **_light(avatar, case, arrays),
     }
     if avatar.rig is None:
         given |= {
@@ -134,6 +138,17 @@ def _given(avatar: Avatar, part: Subset, case: Case) -> dict[str, Tensor]:
     elif len(avatar.rig.anchor_vertices):
         given["anchor_vertices"] = posed_anchors(avatar.rig, arrays)
     return given
+
+
+def _light(avatar: Avatar, case: Case, arrays: PoseArrays) -> dict[str, Tensor]:
+    """What stages `shadow` and `light` take of the light of a case, if it has one."""
+    if case.light is None or avatar.relight is None:
+        return {}
+    head = head_joint(avatar)
+    turned = None if head is None or avatar.rig is None else joints(avatar.rig, arrays).skin_matrix[head]
+    lit = light_arrays(case.light, avatar.relight, arrays.world_from_avatar, turned)
+    rows = {f"light_{name}": getattr(lit, name) for name in ("ambient", "place", "colour", "turn")}
+    return {**rows, "shadow_row": lit.shadow_row, "shadow_offset": lit.shadow_offset}
 
 
 def bent(vertices: F32) -> F32:
@@ -150,7 +165,7 @@ def bent(vertices: F32) -> F32:
 
 
 def _expected(
-    array: Array, tensor: str, tensors: dict[str, Tensor], weight: Tensor | None, case: Case
+    stage: str, array: Array, tensor: str, tensors: dict[str, Tensor], weight: Tensor | None, case: Case
 ) -> Expected:
     """`weight` is kept beside the tensor."""
     want = tensors[tensor]
@@ -159,5 +174,6 @@ def _expected(
     if weight is not None:
         beside = f"{tensor}.weight"
         tensors[beside] = weight
-    most = 1 + len(want) // FLIPS_IN if array.flips in ("drawn", "cutoff") else 0
+    rows = int((want < FAR).sum()) if stage == "shadow" else len(want)  # of a shadow map, what is covered
+    most = 1 + rows // FLIPS_IN if array.flips in ("drawn", "cutoff", "shadow") else 0
     return Expected(tensor, atol, rtol, beside, array.flips, most)

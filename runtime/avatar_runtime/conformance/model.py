@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import I64
 from avatar_runtime.camera import Camera
+from avatar_runtime.light import Light
 from avatar_runtime.pose import Pose
 
 Tensor = npt.NDArray[Any]
@@ -28,6 +29,7 @@ class Case:
     camera: Camera
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)  # display-referred
     images: bool = True  # whether the whole avatar is drawn, in every raster profile
+    light: Light | None = None  # of the scene; None: stages shadow and light do not run
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from avatar_runtime.conformance.judge import Verdict, judge
 from avatar_runtime.conformance.model import CaseVectors, Reference, Step, Tensor, View
 from avatar_runtime.conformance.stages import at_pixels, run_stage
 from avatar_runtime.io.errors import AvatarError, no_such
+from avatar_runtime.light import SHADOW_SIZE
 from avatar_runtime.player import Player
 from avatar_runtime.pose import resolve
 from avatar_runtime.subset import subset
@@ -34,7 +35,7 @@ class Row:
     profile: str | None  # of stage raster
     array: str
     verdict: Verdict
-    place: Mapping[str, int]  # of verdict.worst: Gaussian or vertex id, or x and y of the pixel
+    place: Mapping[str, int]  # of verdict.worst: Gaussian or vertex id, or x and y of the pixel or texel
 
     @property
     def passed(self) -> bool:
@@ -195,11 +196,14 @@ def _place(
     rows = {out.name: out.shape[0] for out in STAGE_ARRAYS[step.stage].outputs}[array]
     if rows == "N":
         return {"gaussian": int(reference.rows[row])}
+    if rows == SHADOW_SIZE**2:
+        return {"x": row % SHADOW_SIZE, "y": row // SHADOW_SIZE}
     return {"vertex": int(reference.vertices[row])} if rows == "V" else {}
 
 
 def _image(player: Player, vectors: CaseVectors, profile: str, want: View, target: str) -> ImageRow:
     case = vectors.case
+    player.light = case.light
     image = player.frame(case.pose, case.camera, case.background, profile).image
     difference, psnr = compare(image, want)
     return ImageRow(case.name, profile, difference, COLOUR_STEPS[target], psnr, view(image), want)

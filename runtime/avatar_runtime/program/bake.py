@@ -10,7 +10,7 @@ from avatar_runtime.avatar import Avatar, Rig
 from avatar_runtime.program.chunks import BUFFER_LIMIT
 from avatar_runtime.program.codes import NOTHING_CODED, Coded, Codes
 from avatar_runtime.program.gaussians import SPARSE_PARTS, array_of, bake_level
-from avatar_runtime.program.mesh import bake_mesh, bake_surface
+from avatar_runtime.program.mesh import bake_casting, bake_mesh, bake_surface
 from avatar_runtime.program.model import POSE_SECTIONS, WORD, Buffer, Level, Pass, Program
 
 
@@ -34,12 +34,15 @@ def bake_levels(levels: list[tuple[Avatar, Coded]], limit: int = BUFFER_LIMIT) -
         mesh = bake_mesh(avatar, coded, pose, limit, buffers)
     if avatar.embedding is not None:
         turns = bake_surface(avatar, coded, pose, limit, buffers)
+    casting: tuple[Pass, ...] = ()
+    if avatar.relight is not None and mesh:
+        casting = bake_casting(avatar, limit, buffers)
     found: list[Level] = []
     for index, (level, codes) in reversed(
         [*enumerate(levels)]
     ):  # buffers lie in loading order: coarse ones first
         prefix = f"level{index}/" if index else ""
-        found.insert(0, bake_level(level, codes, prefix, turns, pose, limit, buffers))
+        found.insert(0, bake_level(level, codes, prefix, turns, casting, pose, limit, buffers))
     return Program(buffers, mesh, tuple(found), pose, floats, avatar.embedding is not None)
 
 

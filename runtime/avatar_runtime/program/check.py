@@ -26,10 +26,13 @@ JOINT_FLOATS = 12
 HOST_BUFFERS = ("Pose", "Mesh")  # players write them, so they are bound by these names
 CHUNK_BUFFERS = ("Splats", "Sh", "Projected")
 STAGES = {"mesh": ("morph", "skin"), "deform": ("blend", "bind", "activate"), "view": ("project",)}
+STAGES |= {"shadow": ("shadow",), "light": ("light",)}
 SOURCES = {  # list of passes -> beginnings of names of the frame that it may ask for
     "mesh": (),
     "deform": ("world_", "group_"),
     "view": ("camera_", "clip_", "eye", "tan_half_fov", "image_size"),
+    "shadow": ("shadow_row", "world_row"),
+    "light": ("light_", "shadow_"),
 }
 _TABLE = "group_"  # names that begin so have a row a group
 _SOURCE = re.compile(r"([a-z0-9_]+)(?:\[([0-9]{1,9})\])?")
@@ -138,16 +141,22 @@ class _Checker:
         known = set(written)
         work += self._check_list(f"{place}, deform", "deform", level.deform, known, level)
         work += self._check_list(f"{place}, view", "view", level.view, known, level)
+        if level.light:
+            work += self._check_list(f"{place}, shadow", "shadow", level.shadow, known, level)
+            work += self._check_list(f"{place}, light", "light", level.light, known, level)
+        elif level.shadow:
+            raise AvatarError("casts shadows that no pass reads", field=f"{place}, shadow")
         if work > self.most_work:
             raise AvatarError(
                 f"has {work} rows and entries a frame; {self.most_work} are the most", field=place
             )
         projected = Counter(one.buffers.get("Projected") for one in level.view)
+        lit = Counter(one.buffers.get("Projected") for one in level.light)
         for name in level.names("Projected"):
-            if projected[name] != 1:
-                raise AvatarError(
-                    f"{projected[name]} passes write {name}; one is needed", field=f"{place}, view"
-                )
+            if projected[name] != 1 or (level.light and lit[name] != 1):
+                where = "view" if projected[name] != 1 else "light"
+                found = projected[name] if where == "view" else lit[name]
+                raise AvatarError(f"{found} passes write {name}; one is needed", field=f"{place}, {where}")
         if self.program.reads_mesh != any("Mesh" in one.buffers for one in level.deform):
             raise AvatarError(
                 f"is {self.program.reads_mesh}; the passes of {place} differ", field="reads_mesh"

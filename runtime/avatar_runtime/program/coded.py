@@ -9,7 +9,7 @@ import numpy as np
 
 from avatar_runtime.avatar import I64, Avatar, SparseRows
 from avatar_runtime.program.codes import Coded, Codes
-from avatar_runtime.program.fields import BASE, EMBEDDED, MORPH, SKIN, VERTEX_CORRECTIVE, VERTEX_LATE
+from avatar_runtime.program.fields import BASE, EMBEDDED, LIT, MORPH, SKIN, VERTEX_CORRECTIVE, VERTEX_LATE
 from avatar_runtime.program.gaussians import SPARSE_PARTS, array_of
 from avatar_runtime.program.model import Array, Program
 from avatar_runtime.program.sections import Source
@@ -35,6 +35,8 @@ def coded_of(program: Program, level: int, avatar: Avatar) -> Coded:
     _dense(found, chunks("BlendStatic"), rows, BASE, avatar)
     parts = ["geometry", "appearance"]
     _sparse(found, chunks("BlendStatic"), {name: SPARSE_PARTS[name] for name in parts}, avatar)
+    if own.light:
+        _dense(found, chunks("LightStatic"), rows, LIT, avatar)
     if program.reads_mesh:
         _dense(found, chunks("EmbedStatic"), rows, EMBEDDED, avatar)
         surface = [Source(program.buffers["SurfaceStatic"], program.constants_of("SurfaceStatic"))]

@@ -26,6 +26,7 @@ BASE: Mapping[str, tuple[str, str]] = {
     "base_opacity": ("gaussians.opacity_logit", "table"),
     "base_sh": ("gaussians.sh", "linear"),
 }
+LIT: Mapping[str, tuple[str, str]] = {"normal": ("relight.normal", "linear")}
 EMBEDDED: Mapping[str, tuple[str, str]] = {
     "barycentric": ("embedding.barycentric", "linear"),
     "displacement": ("embedding.displacement", "linear"),

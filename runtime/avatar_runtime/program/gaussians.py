@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from avatar_runtime.avatar import Avatar, Group
+from avatar_runtime.avatar import Avatar, Group, Relight
+from avatar_runtime.light import MOST_LIGHTS
 from avatar_runtime.program.chunks import Cost, runs
 from avatar_runtime.program.codes import Coded, Codes
-from avatar_runtime.program.fields import APPEARANCE, BASE, CORRECTIVE, EMBEDDED, GEOMETRY, LATE, SKIN
+from avatar_runtime.program.fields import APPEARANCE, BASE, CORRECTIVE, EMBEDDED, GEOMETRY, LATE, LIT, SKIN
 from avatar_runtime.program.model import WORD, Buffer, Constant, Level, Pass, Run
 from avatar_runtime.program.passes import make_pass
 from avatar_runtime.program.sections import Building, Pick, part, sparse
 from avatar_runtime.rules import code
 from avatar_schema import constants
 
+SHADOW_TEXELS = int(constants()["shadow_size"]) ** 2
+SHADOW_ROWS = {f"shadow_row{k}": f"shadow_row{k}" for k in range(4)}
 SPLAT_PLANES, PROJECTED_PLANES = 5, 3  # of float4
 FLOAT4 = 16
 WORLD = {name: name for name in ("world_row0", "world_row1", "world_row2", "world_quat_wxyz")}
@@ -42,11 +45,14 @@ def bake_level(
     coded: Coded,
     prefix: str,
     turns: tuple[Pass, ...],
+    casting: tuple[Pass, ...],
     pose: Mapping[str, int],
     limit: int,
     buffers: dict[str, Buffer],
 ) -> Level:
-    """The level of `avatar`; its buffers join `buffers`. `turns` are the passes that turn the mesh under it."""
+    """The level of `avatar`; its buffers join `buffers`. `turns` are the passes that turn the mesh under it, `casting`
+    those by which the rig casts shadows.
+    """
     chunks = gaussian_runs(avatar, coded, limit)
     made = [_Chunk(avatar, coded, prefix, index, run, pose) for index, run in enumerate(chunks)]
     for chunk in made:
@@ -55,7 +61,14 @@ def bake_level(
     deform += turns
     deform += [one for chunk in made for one in chunk.bind]
     deform += [chunk.activate for chunk in made]
-    return Level(prefix, chunks, tuple(deform), tuple(chunk.project for chunk in made))
+    shadow: list[Pass] = []
+    if avatar.relight is not None:
+        buffers["Shadow"] = Buffer("Shadow", WORD * SHADOW_TEXELS)
+        shadow = [make_pass("shadow_clear", SHADOW_TEXELS, {"Shadow": "Shadow"}, {"texels": SHADOW_TEXELS})]
+        shadow += casting
+        shadow += [chunk.shadow for chunk in made]
+    light = tuple(chunk.light for chunk in made if chunk.light is not None)
+    return Level(prefix, chunks, tuple(deform), tuple(c.project for c in made), tuple(shadow), light)
 
 
 def gaussian_runs(avatar: Avatar, coded: Coded, limit: int) -> tuple[Run, ...]:
@@ -67,6 +80,8 @@ def gaussian_runs(avatar: Avatar, coded: Coded, limit: int) -> tuple[Run, ...]:
         costs.append(_cost(avatar, coded, {}, ("corrective", "late", "skin")))
     else:
         costs.append(_cost(avatar, coded, EMBEDDED, (), WORD))
+    if avatar.relight is not None:
+        costs.append(_cost(avatar, coded, LIT, ()))
     return runs("Gaussian", avatar.gaussians.count, costs, limit)
 
 
@@ -136,6 +151,9 @@ class _Chunk:
             },
         )
 
+        self.shadow = self._pass("shadow", SHADOW_ROWS)
+        self.light = None if avatar.relight is None else self._light(avatar.relight)
+
     def name(self, kind: str) -> str:
         """The chunk's buffer of one kind."""
         return f"{self._prefix}{kind}.{self._index}"
@@ -147,7 +165,8 @@ class _Chunk:
         static: Mapping[str, str] | None = None,
         rows: int | None = None,
     ) -> Pass:
-        bound = {**self.bound, **(static or {}), "Mesh": "Mesh", "Triangles": "Triangles"}
+        shared = {name: name for name in ("Mesh", "Triangles", "Shadow")}
+        bound = {**self.bound, **(static or {}), **shared}
         count = self.run.count
         return make_pass(entry, count if rows is None else rows, bound, {"count": count, **values})
 
@@ -181,6 +200,20 @@ class _Chunk:
         static, values = self._take(building, "BlendStatic")
         own = {"sh_terms": terms, "weights": self.pose["weights"]}
         return self._pass("blend", {**own, **values}, static)
+
+    def _light(self, relight: Relight) -> Pass:
+        building = Building(self.name("LightStatic"))
+        self._dense(building, LIT)
+        static, values = self._take(building, "LightStatic")
+        own: dict[str, Constant] = {
+            "shadow_offset": "shadow_offset",
+            **{f"turn_row{k}": f"light_turn_row{k}" for k in range(3)},
+            **{f"capture_ambient{k}": (*map(float, row), 0.0) for k, row in enumerate(relight.ambient)},
+            **{f"scene_ambient{k}": f"light_ambient{k}" for k in range(len(relight.ambient))},
+            **{f"{what}{k}": f"light_{what}{k}" for what in ("place", "colour") for k in range(MOST_LIGHTS)},
+            **SHADOW_ROWS,
+        }
+        return self._pass("light", {**own, **values}, static)
 
     def _embedded(self) -> Pass:
         avatar, e = self.avatar, self.avatar.embedding

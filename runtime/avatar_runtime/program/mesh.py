@@ -133,6 +133,27 @@ def bake_surface(
     )
 
 
+def bake_casting(avatar: Avatar, limit: int, buffers: dict[str, Buffer]) -> tuple[Pass, ...]:
+    """How the mesh casts shadows: no passes without triangles."""
+    mesh, embedded = avatar.embedding or avatar.rig, avatar.embedding is not None
+    assert mesh is not None
+    faces, vertices = len(mesh.triangles), len(vertices_of(avatar))
+    if not faces:
+        return ()
+    static = Building("SurfaceStatic" if embedded else "CornerStatic")
+    static.indices("corners", mesh.triangles.T, vertices)
+    buffer, values = static.done()
+    if buffer.size > limit:
+        raise too_large(f"the mesh of {faces} triangles", buffer.size, limit)
+    if not embedded:
+        buffers[buffer.name] = buffer
+    bound = {"CornerStatic": buffer.name, "Mesh": "Mesh", "Shadow": "Shadow"}
+    rows = {f"{name}_row{k}": f"{name}_row{k}" for name in ("world", "shadow") for k in range(4)}
+    return (
+        make_pass("shadow_mesh", faces, bound, {"triangles": faces, "vertices": vertices, **values, **rows}),
+    )
+
+
 def _pass(
     entry: str,
     kind: str,

@@ -37,6 +37,12 @@ FRAME_SOURCES: Mapping[str, int] = {  # name -> floats
     "eye": 4,
     "tan_half_fov": 2,
     "image_size": 2,  # pixels
+    **{f"light_ambient{k}": 4 for k in range(9)},  # of the scene: rgb
+    **{f"light_place{k}": 4 for k in range(4)},  # of a light: towards it and 0, or its position and 1
+    **{f"light_colour{k}": 4 for k in range(4)},
+    **{f"light_turn_row{k}": 4 for k in range(3)},  # frame that the captured light moves with from world
+    **{f"shadow_row{k}": 4 for k in range(4)},  # column, row, distance and w of the shadow map, from world
+    "shadow_offset": 4,  # along the normal, along the light, 1 where there is a shadow map, 0
 }
 POSE_SECTIONS = ("weights", "features", "late", "joints")  # of buffer Pose, in this order
 
@@ -119,6 +125,8 @@ class Level:
     chunks: tuple[Run, ...]
     deform: tuple[Pass, ...]  # once a pose
     view: tuple[Pass, ...]  # once a camera
+    shadow: tuple[Pass, ...] = ()  # once a pose and light, where one casts shadows
+    light: tuple[Pass, ...] = ()  # once a camera, after `view`, where the scene has a light
 
     @property
     def rows(self) -> int:
@@ -155,3 +163,5 @@ class Program:
         for level in self.levels:
             yield from level.deform
             yield from level.view
+            yield from level.shadow
+            yield from level.light

@@ -16,6 +16,7 @@ from avatar_runtime.program.fields import (
     EMBEDDED,
     GEOMETRY,
     LATE,
+    LIT,
     MORPH,
     SKIN,
     VERTEX_CORRECTIVE,
@@ -44,6 +45,7 @@ class LevelArrays:
     blendshapes: Blendshapes
     skin: SparseRows
     embedding: Embedding | None
+    normal: F32 | None  # [N, 3] of stage light; None: there is no such stage
 
 
 @dataclass(frozen=True)
@@ -76,10 +78,10 @@ def read_level(program: Program, level: int, columns: Columns, position_rule: st
     """The Gaussians of one level. The program has passed `check_program`."""
     own = program.levels[level]
 
-    def chunks(kind: str) -> _Chunks:
+    def chunks(kind: str, passes: Sequence[Pass] = own.deform) -> _Chunks:
         """The first pass over each chunk that binds such a buffer."""
         found = [
-            next(one for one in own.deform if kind in one.buffers and one.buffers["Splats"] == name)
+            next(one for one in passes if kind in one.buffers and one.buffers["Splats"] == name)
             for name in own.names("Splats")
         ]
         return _Chunks(program, kind, found)
@@ -104,11 +106,13 @@ def read_level(program: Program, level: int, columns: Columns, position_rule: st
         correctives = bind.sparse("corrective", CORRECTIVE, {"mean": (3,)}, columns.features)
         late = bind.sparse("late", LATE, {"mean": (3,)}, columns.late_morphs)
         skin = bind.sparse("skin", SKIN, {"weight": ()}, columns.joints)
+    normal = chunks("LightStatic", own.light).dense(LIT, "normal", 3) if own.light else None
     return LevelArrays(
         Gaussians(mean, log_scale, quat, opacity, sh),
         Blendshapes(geometry, appearance, correctives, late),
         skin,
         embedding,
+        normal,
     )
 
 

@@ -19,7 +19,7 @@ from safetensors.numpy import save as save_tensors
 
 from avatar_export.checks.bundle import validate
 from avatar_export.writers.bundle import write_bundle
-from avatar_runtime.stages import STAGES
+from avatar_runtime.stages import UNLIT
 from tests import bundles
 from tests.avatars import full_avatar
 from tests.commands import Refused, Run
@@ -38,7 +38,7 @@ def test_a_bundle_repeats_its_own_reference(run: Run, good: Path, tmp_path: Path
         assert code == 0, error
         lines = table(text)
         rasters = [f"{what} {profile}" for what in ("raster", "image") for profile in ("trainer", "engine")]
-        assert list(lines) == ["stage", *STAGES[:-1], *rasters]
+        assert list(lines) == ["stage", *UNLIT[:-1], *rasters]
         assert set(lines.values()) == {"verdict", "holds"}
         assert "made by runtime" in text and "position: normal (surface_area)" in error
     assert not (tmp_path / "images").exists(), "images are for failures"
@@ -100,7 +100,7 @@ def test_a_ports_own_outputs(run: Run, good: Path, tmp_path: Path) -> None:
     file.write_bytes(save_tensors(tensors))
     code, text, error = run("conform", good, "--outputs", file, "--report", page)
     assert code == 0 and "not given" not in error, text + error
-    assert list(table(text)) == ["stage", *STAGES[:-1], "raster trainer", "raster engine"]
+    assert list(table(text)) == ["stage", *UNLIT[:-1], "raster trainer", "raster engine"]
     assert "mine.safetensors" in page.read_text("utf-8")
     tensors["posed/skin/posed_vertices"] = tensors["posed/skin/posed_vertices"] + np.float32(0.01)
     file.write_bytes(save_tensors({name: t for name, t in tensors.items() if "/skin/" in name}))
@@ -169,7 +169,7 @@ def test_the_report_needs_nothing_else(run: Run, refused: Refused, tmp_path: Pat
     sources = re.findall(r'src="data:image/png;base64,([^"]+)"', text)
     assert text.count("src=") == len(sources) == 3 * 2 * 3, "three images of two profiles of three cases"
     assert Image.open(io.BytesIO(base64.b64decode(sources[0]))).size == (256, 256)
-    assert [stage for stage in STAGES if f"<td>{stage}" not in text] == []
+    assert [stage for stage in UNLIT if f"<td>{stage}" not in text] == []
     assert "--force" in refused(*arguments)
     assert run(*arguments, "--force")[0] == 0
     assert page.read_text("utf-8") == text, "the same results give the same bytes"

@@ -89,7 +89,7 @@ def test_the_zip_is_stored_and_holds_the_folder(tmp_path: Path, monkeypatch: pyt
     with zipfile.ZipFile(packed) as archive:
         names = archive.namelist()
         assert all(info.compress_type == zipfile.ZIP_STORED for info in archive.infolist())
-    written = [w for w in WRITERS if w.path != "embedding.safetensors"]
+    written = [w for w in WRITERS if w.path not in ("embedding.safetensors", "light.safetensors")]
     assert names == [w.path for w in written] + ["avatar.json"], "the manifest is written last"
     assert [(e["path"], e["derived"]) for e in document["files"]] == [(w.path, w.derived) for w in written]
 

@@ -23,7 +23,7 @@ from avatar_export.writers.reference_cases import reference_cases
 from avatar_runtime.avatar import Avatar
 from avatar_runtime.conformance import Reference, conform, make_reference
 from avatar_runtime.io.errors import AvatarError
-from avatar_runtime.stages import STAGES
+from avatar_runtime.stages import UNLIT
 from avatar_runtime.stages import project as stage_project
 from tests import bundles
 from tests.avatars import full_avatar, surface_avatar
@@ -75,7 +75,7 @@ def test_small_and_sound_on_every_system(
     assert size <= MOST_BYTES
     cases = document(bundle)["cases"]
     assert [case["name"] for case in cases] == ["rest", "posed", "close", "clip"][: 4 if avatar.clips else 3]
-    assert [s["stage"] for s in cases[0]["stages"]] == [*STAGES[:-1], "raster", "raster"]
+    assert [s["stage"] for s in cases[0]["stages"]] == [*UNLIT[:-1], "raster", "raster"]
     tensors = load_tensors(files["reference/vectors.safetensors"])
     assert 30 < len(tensors["rows"]) <= MOST_ROWS
     assert max(shape for t in tensors.values() if t.dtype == np.float32 for shape in t.shape[:1]) <= 4096

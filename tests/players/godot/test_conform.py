@@ -40,7 +40,20 @@ def test_every_stage_of_every_avatar_is_within_its_tolerance(
     """The kit's avatars, and those under every rule that all players play, the distilled ones among them."""
     played = {name.replace(" ", "_"): case.folder for name, case in played_cases(tmp_path_factory).items()}
     rows = conform(Job(tmp_path), {**{name: kit / name for name in AVATARS}, **played})
-    stages = {"driving", "joints", "morph", "skin", "blend", "bind", "activate", "project", "sort", "raster"}
+    stages = {
+        "driving",
+        "joints",
+        "morph",
+        "skin",
+        "blend",
+        "bind",
+        "activate",
+        "project",
+        "shadow",
+        "light",
+        "sort",
+        "raster",
+    }
     assert stages <= {row["stage"] for row in rows} and {row["of"] for row in rows} == {*AVATARS, *played}
     measured("godot, stages, share of the tolerance", max(row["used"] for row in rows), 1)
     assert not [row for row in rows if not row["passed"]]

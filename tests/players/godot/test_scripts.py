@@ -15,18 +15,21 @@ import pytest
 
 from avatar_export.driving.live_link_udp import parse_packet
 from avatar_export.packing.steps import CLIP_STEPS
+from avatar_export.writers.rig_glb import rig_glb
 from avatar_runtime.avatar import Avatar, Clip
 from avatar_runtime.driving.arkit import ARKIT_NAMES, CHANNELS
 from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import frame_of
 from avatar_runtime.driving.idle import idle
+from avatar_runtime.engine_pose import engine_pose, local_transforms, target_names
 from avatar_runtime.handedness import mirrored, mirrored_matrices
 from avatar_runtime.packs import decode_pack
-from avatar_runtime.pose import PoseArrays, resolve
+from avatar_runtime.pose import Pose, PoseArrays, resolve
 from avatar_runtime.posed import Poser
 from tests.avatars import full_avatar
 from tests.conformance.idle_vectors import FILE as IDLE_FILE
 from tests.exporter.live.senders import live_link_packets
+from tests.measured import Measure
 from tests.players.core_cases import POSES, packed, pose_floats, poses
 from tests.players.godot import engine
 from tests.players.hostile.packs import write_hostile
@@ -81,6 +84,9 @@ def folder(
     shutil.copy(HERE / "scripts.gd", made)
     for name, file in packs.items():
         (made / f"{name}.avatar").write_bytes(file)
+    rig = rig_glb(decode_pack(packs["right"], "right").avatar)
+    assert rig is not None
+    (made / "rig.glb").write_bytes(b"".join(rig))
     sent = live_link_packets()[:PACKETS]
     (made / "packets.bin").write_bytes(b"".join(struct.pack("<I", len(one)) + one for one in sent))
     given = {
@@ -290,3 +296,34 @@ def test_hostile_packs_give_a_line_each(folder: Path, packs: dict[str, bytes]) -
         message = one["message"].removeprefix("a.avatar: ").replace("com.avatar-export.player", "the player")
         assert message in by_file[one["file"]], one
     assert not any(name in by_file for name in sound) and not said.leaked
+
+
+def test_the_mesh_of_a_shadow_takes_the_pose(
+    told: dict[str, Any], avatars: dict[str, Avatar], expected: dict[str, Any], measured: Measure
+) -> None:
+    """As engine_pose poses it, whichever hand the pack has; what expressions move of joints is left out."""
+    avatar, names = avatars["right"], target_names(avatars["right"])
+    assert avatar.rig is not None
+    bones = [name.replace(":", "_").replace("/", "_") for name in avatar.rig.joint_names]
+    for hand, answers in zip(avatars, told["shadows"], strict=True):
+        for one, found in zip(rows(expected[hand], hand == "left"), answers, strict=True):
+            pose = pose_of(avatar, one)
+            weights = engine_pose(avatar, pose).weights
+            want = engine_pose(avatar, replace(pose, expressions={}))
+            local = local_transforms(want.translation, want.rotation_xyzw, want.scale)
+            off = np.abs([found["shapes"][name] for name in names] - weights).max()
+            off = max(off, np.abs([found["bones"][name] for name in bones] - local[:, :3]).max())
+            off = max(off, np.abs(found["root"] - np.reshape(one["root"], (4, 4))[:3]).max())
+            measured("godot, the pose of a shadow", float(off), CLIP_STEP)
+            assert off <= CLIP_STEP
+
+
+def pose_of(avatar: Avatar, one: dict[str, Any]) -> Pose:
+    """Of what a script set."""
+    assert avatar.rig is not None
+    matrices = {
+        name: np.reshape(m, (4, 4)) for name, m in zip(avatar.rig.joint_names, one["joints"], strict=True)
+    }
+    expressions = dict(zip(avatar.expression_names, one["expressions"], strict=True))
+    eyelids = dict(zip(avatar.eyelids, one["eyelids"], strict=True))
+    return Pose(expressions, matrices, eyelids, np.reshape(one["root"], (4, 4)))

@@ -103,6 +103,7 @@ class Job:
     sizes: dict[str, tuple[int, int]] = field(
         default_factory=dict
     )  # of images, by their files: (height, width)
+    said: list[list[str]] = field(default_factory=list)  # what a test keeps of `run`
     _files: int = 0
     _size: tuple[int, int] = (0, 0)
 

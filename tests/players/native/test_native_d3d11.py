@@ -88,6 +88,7 @@ def test_every_stage_of_the_kit_passes_and_planted_faults_fail(kit: Path, tmp_pa
             runs[-1].append(line)
     sound, *broken = runs[1:]
     stages = {"driving", "joints", "morph", "skin", "blend", "bind", "activate", "project", "sort", "raster"}
+    stages |= {"shadow", "light"}
     assert stages <= {row[2] for row in sound} and not [row for row in sound if row[-1] != "1"]
     failed = [{row[2] for row in rows if row[-1] != "1"} for rows in broken]
     assert dict(zip([one.name for one in FAULTS], failed, strict=True)) == {

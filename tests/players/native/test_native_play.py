@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -21,6 +22,7 @@ from avatar_runtime.clips import frame_pose
 from avatar_runtime.driving.arkit import CHANNELS
 from avatar_runtime.driving.driver import Driver
 from avatar_runtime.driving.frame import frame_of
+from avatar_runtime.light import Light, light_of
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
 from avatar_runtime.pose import Pose
@@ -30,6 +32,7 @@ from tests.players.hostile.packs import HOSTILE, SHOWN, changed
 from tests.players.native.gles import LIMIT_S, play_program, run_gl, start_gl
 from tests.players.native.x11 import screen
 from tests.players.played_cases import HEAD
+from tests.players.vectors.light_cases import lit_avatar
 from tests.runtime.backends import gl_cases
 
 KINDS = ("es", "gl", pytest.param("d3d11", marks=pytest.mark.players))
@@ -64,9 +67,9 @@ def framed(whole: Mapping[str, Any], size: tuple[int, int], yaw: float, pitch: f
     return Camera.orbit(np.array(whole["target"]), distance, *turned, math.radians(30), width, height)
 
 
-def farthest(avatar: Avatar, poses: Sequence[Pose], folder: Path) -> float:
+def farthest(avatar: Avatar, poses: Sequence[Pose], folder: Path, light: Light | None = None) -> float:
     """The largest difference of frame_NNN.png from what Python draws."""
-    player, worst = Player(avatar, "gl", target="rgba32f"), 0.0
+    player, worst = Player(avatar, "gl", target="rgba32f", light=light), 0.0
     for frame, pose in enumerate(poses):
         want = player.frame(pose, framed(WHOLE, SIZE, 25, -10), (0.0, 0.0, 0.0)).image.colour
         assert want.max() > 0.5
@@ -124,6 +127,22 @@ def test_a_recording_drives_as_python_drives(
     np.testing.assert_array_equal(_png(tmp_path / "frame_007.png"), moved)
 
 
+@pytest.mark.parametrize("kind", [KINDS[0], KINDS[2]])
+def test_a_light_is_that_of_its_file(tmp_path: Path, kind: str, measured: Measure) -> None:
+    said = {"ambient": [0.2, 0.3, 0.5], "lights": [{"direction": [1, 2, 1], "colour": [2, 1.5, 1]}]}
+    said["lights"].append({"position": [-0.2, 0, 0.4], "colour": [0.1, 0, 0]})
+    pack, light, out = tmp_path / HEAD, tmp_path / "light.json", tmp_path / "frame_000.png"
+    pack.write_bytes(write(prepare([lit_avatar()], COARSE), {"framing": FRAMING}).file)
+    light.write_text(json.dumps(said))
+    words = [*SIDE_WAYS, "--api", kind, "--light", str(light), "-o", str(out)]
+    done = run_gl(play_program(kind), [str(pack), *words])
+    assert done.returncode == 0, done.stderr
+    avatar = decode_pack(pack.read_bytes(), HEAD).avatar
+    worst = farthest(avatar, [Pose()], tmp_path, light_of(said))
+    measured(f"avatar_play, {kind}, in a light", worst, BYTE)
+    assert worst <= BYTE < farthest(avatar, [Pose()], tmp_path)
+
+
 def recording() -> bytes:
     """Four frames of a face whose channels all move, in the columns of Live Link Face."""
     rng = np.random.default_rng(8)
@@ -141,6 +160,10 @@ def test_what_is_wrong_is_said(head: Path, tmp_path: Path) -> None:
     hostile = tmp_path / "hostile.avatar"
     hostile.write_bytes(changed(head.read_bytes(), lambda d: d["avatar"]["clips"][0].update(name=HOSTILE)))
     take.write_text("Timecode,JawOpen\n12.5,0\n")
+    lights = {"good": {}, "far": {"lights": [{"position": [1, 2, 1e10], "colour": [1, 1, 1]}]}}
+    lights |= {"wrong": {"lights": [{"colour": [1, 1, 1]}]}, "list": [1], "unknown": {"sun": 1}}
+    for name, said in lights.items():
+        (tmp_path / f"{name}.json").write_text(json.dumps(said))
     for words, said in (
         ([str(broken)], "broken.avatar: "),
         ([str(tmp_path / "none.avatar")], "none.avatar: cannot be read"),
@@ -151,6 +174,20 @@ def test_what_is_wrong_is_said(head: Path, tmp_path: Path) -> None:
         ([pack, "--yaw", "nan", "-o", "still.png"], "not finite"),
         ([pack, "--recording", str(take)], "take.csv: Timecode: line 2: '12.5' is not a timecode"),
         ([pack, "--recording", str(tmp_path / "none.csv")], "none.csv: cannot be read"),
+        ([pack, "--light", str(tmp_path / "good.json")], ": light: its colours hold an unknown light"),
+        (
+            [pack, "--light", str(tmp_path / "far.json")],
+            "light: the place of a light is not finite",
+        ),
+        (
+            [pack, "--light", str(tmp_path / "wrong.json")],
+            "wrong.json: $.lights[0]: needs a direction or a position",
+        ),
+        ([pack, "--light", str(tmp_path / "list.json")], "list.json: $: is a list; a JSON object is needed"),
+        (
+            [pack, "--light", str(tmp_path / "unknown.json")],
+            "unknown.json: $.sun: is not known; a light has ambient",
+        ),
         ([pack, "--level", "7"], "there is no level 7"),
         ([pack, "--size", "99999x1"], "the camera: width and height must be 1 to 32768 pixels"),
         ([pack, "--size", "20000x1"], "the camera: an image of 20000x1 pixels"),

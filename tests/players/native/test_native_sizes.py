@@ -16,11 +16,19 @@ from avatar_schema.version import __version__
 from tests.players.unreal.sources import library
 from tests.session.native import NATIVE
 
-HEADERS = [(NATIVE / "include" / name).read_text() for name in ("avatar_player.h", "avatar_conform.h")]
+NAMES = ("avatar_player.h", "avatar_light.h", "avatar_conform.h")
+HEADERS = [(NATIVE / "include" / name).read_text() for name in NAMES]
 OLDER, NEWER = 16, 2048  # bytes that a program of another version says a struct has
 REFUSED = (0, 4097)
 BYTE = 0xA5  # of memory that nobody has set
-READ = {"AvatarAllocator", "AvatarFrame", "AvatarSceneChunk", "AvatarStageRunner"}
+READ = {
+    "AvatarAllocator",
+    "AvatarDirectLight",
+    "AvatarFrame",
+    "AvatarLight",
+    "AvatarSceneChunk",
+    "AvatarStageRunner",
+}
 Call = Callable[[Any], object]
 
 
@@ -117,16 +125,20 @@ def test_structs_that_are_read_may_grow(native: C.CDLL, pack: C.c_void_p, unity_
         report = native.avatar_conform(pack, b"{}", C.c_size_t(2), b"", empty, of_size(size), None)
         return b"a function of it is NULL" in native.avatar_report_error(C.c_void_p(report))
 
+    lit = loaded(native, (unity_cases / "light_right.avatar").read_bytes(), None)
+    shown = C.c_void_p(native.avatar_instance_open(lit, 0, None))
     buffers = [C.create_string_buffer(name) for name in (b"a", b"b")]
     for size, splats in ((OLDER, 0), (24, 7), (64, 7)):
         assert counted(size) == splats, size
     assert native.avatar_update_camera(instance, camera) and asked(OLDER) and asked(NEWER)
+    assert native.avatar_set_light(shown, of_size(OLDER)) and native.avatar_set_light(shown, of_size(NEWER))
     for size in (4 + len(weights), NEWER):
         assert native.avatar_drive(instance, of_size(size, weights)), size
     assert not native.avatar_update_camera(instance, of_size(OLDER, bytes(camera[4:])))
     for size in REFUSED:
         assert not native.avatar_drive(instance, of_size(size, weights)) and not asked(size), size
         assert not native.avatar_update_camera(instance, of_size(size, bytes(camera[4:]))), size
+        assert not native.avatar_set_light(shown, of_size(size)), size
         assert loaded(native, file, of_size(size)).value is None, size
 
 

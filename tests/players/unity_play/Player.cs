@@ -41,19 +41,43 @@ namespace AvatarExport.Play {
             LoadedAvatar avatar = LoadedAvatar.Load(File.ReadAllBytes(file), file);
             var instance = new Instance(avatar, said.At("level").Int());
             Doubles(said.At("place")).CopyTo(instance.Place, 0);
+            instance.Light = said.Optional("light", SceneLight, null);
+            instance.UpdatePose();
             gpu.LoadProgram(avatar.Program, prefix);
-            Pass[] mesh = avatar.Program.ReadsMesh ? avatar.Program.Mesh : new Pass[0];
-            PassList[] lists = new[] { mesh, instance.Program.Deform, instance.Program.View }
-                .Select(passes => PassList.Of(avatar.Program, passes, avatar.Groups.Length)).ToArray();
+            PassList[] lists = Lists(instance).Select(one => PassList.Of(avatar.Program, one, avatar.Groups.Length)).ToArray();
             if (said.At("twice").Flag()) {
                 instance.Update(camera); // at rest
                 Run(gpu, instance, lists, prefix);
-                lists[1].KeepLasting();
+                foreach (PassList list in lists) list.KeepLasting();
             }
             Take(said.At("pose"), instance.Pose);
             instance.Update(camera);
             Run(gpu, instance, lists, prefix);
             return ProjectedChunk.Of(instance.Program, prefix);
+        }
+
+        /// <summary>What a frame runs: of a light what it needs.</summary>
+        private static IEnumerable<Pass[]> Lists(Instance instance) {
+            Pass[] shadow = instance.CastsShadow ? instance.Program.Shadow : new Pass[0];
+            bool needsMesh = instance.Avatar.Program.ReadsMesh || shadow.Any(one => one.Buffers.ContainsKey("Mesh"));
+            if (needsMesh) yield return instance.Avatar.Program.Mesh;
+            yield return instance.Program.Deform;
+            yield return shadow;
+            yield return instance.Program.View;
+            if (instance.Light != null) yield return instance.Program.Light;
+        }
+
+        private static SceneLight SceneLight(Json said) {
+            Json[] lights = said.At("lights").List();
+            var light = new SceneLight { Count = lights.Length, Shadow = said.At("shadow").Flag() };
+            said.At("ambient").List().SelectMany(Doubles).ToArray().CopyTo(light.Ambient, 0);
+            for (int i = 0; i < lights.Length; i++) {
+                Json[] parts = lights[i].List();
+                Doubles(parts[0]).CopyTo(light.Lights[i].Place, 0);
+                Doubles(parts[1]).CopyTo(light.Lights[i].Colour, 0);
+                light.Lights[i].IsPoint = parts[2].Flag();
+            }
+            return light;
         }
 
         private static void Take(Json said, AvatarPose into) {

@@ -22,7 +22,7 @@ def spots(program: Program) -> Iterator[tuple[Spot, Pass]]:
     for index, one in enumerate(program.mesh):
         yield ("mesh", 0, index), one
     for at, level in enumerate(program.levels):
-        for which in ("deform", "view"):
+        for which in ("deform", "view", "shadow", "light"):
             for index, one in enumerate(getattr(level, which)):
                 yield (which, at, index), one
 
@@ -90,6 +90,8 @@ def _others(value: Constant, name: str) -> Sequence[Constant]:
         return [f"{value}[0]", "world_row9", float("nan"), "group_matrix_row0[99]"]
     if isinstance(value, float):
         return [float("nan"), 1e39, -0.5, "eye"]
+    if isinstance(value, tuple):
+        return [value[:3], (*value[:3], 1e39), 1.0, "eye"]
     assert isinstance(value, int)
     pool = (value + 1, value - 1, 0, 2 * value + 64, *WIDE)
     if name.endswith("_width"):

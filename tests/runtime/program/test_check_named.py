@@ -88,8 +88,11 @@ def sections(change: Callable[[tuple[Section, ...]], tuple[Section, ...]]) -> Ch
     return changed
 
 
-def view(change: Callable[[tuple[Pass, ...]], tuple[Pass, ...]]) -> Change:
-    return lambda p: replace(p, levels=(replace(p.levels[0], view=change(p.levels[0].view)),))
+def listed(which: str, change: Callable[[tuple[Pass, ...]], tuple[Pass, ...]]) -> Change:
+    """Another list of passes of the only level."""
+    return lambda p: replace(
+        p, levels=(replace(p.levels[0], **{which: change(getattr(p.levels[0], which))}),)
+    )
 
 
 def many(program: Program) -> Program:
@@ -169,9 +172,19 @@ REFUSED: list[tuple[str, Change, str, str]] = [  # program, change, field, messa
     ("surface", renamed, "(morph), Mesh", "is bound to 'M'; players write buffer 'Mesh'"),
     ("full", sections(lambda s: s + s), "buffer SkinStatic.0, late_ptr", "is a duplicate"),
     ("full", sections(lambda s: (Section("x", np.zeros(1)), *s)), "buffer SkinStatic.0, x", "is float64"),
-    ("full", view(lambda view: ()), "level 0, view", "has no passes"),
-    ("full", view(lambda view: view * 2), "level 0, view", "2 passes write Projected.0; one is needed"),
-    ("full", view(lambda view: view * 20000), "level 0, view", "has 20000 passes; 16384 are the most"),
+    ("full", listed("view", lambda view: ()), "level 0, view", "has no passes"),
+    (
+        "full",
+        listed("view", lambda view: view * 2),
+        "level 0, view",
+        "2 passes write Projected.0; one is needed",
+    ),
+    (
+        "full",
+        listed("view", lambda view: view * 20000),
+        "level 0, view",
+        "has 20000 passes; 16384 are the most",
+    ),
     ("full", many, "buffers", "4294967296 are the most"),
     ("chunks", lambda p: later(p, "sh_terms", 4), "(blend), sh_terms", "an earlier pass over level 0"),
     (
@@ -180,6 +193,14 @@ REFUSED: list[tuple[str, Change, str, str]] = [  # program, change, field, messa
         "(activate), Splats",
         "is no buffer of this chunk",
     ),
+    ("lit", listed("light", lambda passes: ()), "level 0, shadow", "casts shadows that no pass reads"),
+    ("lit", listed("shadow", lambda passes: ()), "level 0, shadow", "has no passes"),
+    ("lit", listed("light", lambda passes: passes[1:]), "level 0, light", "0 passes write Projected.0; one"),
+    ("lit", listed("light", lambda passes: passes * 2), "level 0, light", "2 passes write Projected.0; one"),
+    ("lit", value("shadow", "shadow_row0", "light_place0"), "shadow_row0", "is no value of the frame"),
+    ("lit", value("light", "place0", "eye"), "(light), place0", "is no value of the frame"),
+    ("lit", value("shadow_clear", "texels", 7), "(shadow_clear), texels", "7 is not known"),
+    ("lit surface", element("SurfaceStatic", "corners", 5, 20), "corners", "less than 20"),
     ("chunks", lambda p: with_chunk(p, 0, 1, Run(3, 4)), "level 0, chunk 1", "begins at row 3, not"),
 ]
 

@@ -42,6 +42,17 @@ class MeshImage:
     alpha: F32  # [H, W] share of the pixel that the surface covers
 
 
+@dataclass(frozen=True)
+class Visible:
+    """The triangles that rays meet, front to back."""
+
+    planes: (
+        F64  # [F, 4, 3] on the ray r = (x, y, 1), planes[:3] @ r are in the ratio of the barycentric weights
+    )
+    rays: tuple[F64, F64]  # x [W S] and y [H S] of the rays
+    layers: tuple[I32, ...]  # [H S, W S] each: the triangle, or -1; the last one is opaque
+
+
 def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR) -> MeshImage:
     """The image of `surface`; `samples` rays across a pixel, nothing nearer than `near` metres.
 
@@ -49,6 +60,16 @@ def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR)
     not depend on the number of threads. Raises ValueError for samples < 1, near <= 0, a camera with skew, and
     arrays that do not fit one another.
     """
+    seen = visible(surface, camera, samples, near)
+    colour = np.zeros((*seen.layers[0].shape, 3), np.float32)
+    through = np.ones(seen.layers[0].shape, np.float32)
+    for face in seen.layers:
+        _shade(surface, seen.planes, seen.rays, face, colour, through)
+    return pixels(colour, through, samples)
+
+
+def visible(surface: Surface, camera: Camera, samples: int, near: float = NEAR) -> Visible:
+    """What each ray of `draw` meets. Raises as `draw`."""
     if samples < 1 or near <= 0:
         raise ValueError(f"samples {samples} and near {near} must be positive")
     _check(surface)
@@ -61,17 +82,15 @@ def draw(surface: Surface, camera: Camera, samples: int = 3, near: float = NEAR)
     depth, face = np.full((height, width), np.inf), np.full((height, width), -1, np.int32)
     none = np.zeros((height, width))
     _nearest(planes, box, np.flatnonzero(opaque), rays[0], rays[1], near, none, depth, face)
-    colour, through = np.zeros((height, width, 3), np.float32), np.ones((height, width), np.float32)
-    faded, front = np.flatnonzero(~opaque), none
+    faded, front, layers = np.flatnonzero(~opaque), none, list[I32]()
     for _ in range(LAYERS if len(faded) else 0):
         layer, hit = depth.copy(), np.full((height, width), -1, np.int32)
         _nearest(planes, box, faded, rays[0], rays[1], near, front, layer, hit)
         if (hit < 0).all():
             break
-        _shade(surface, planes, rays, hit, colour, through)
+        layers.append(hit)
         front = np.where(hit >= 0, layer, np.inf)
-    _shade(surface, planes, rays, face, colour, through)
-    return _pixels(colour, through, samples)
+    return Visible(planes, rays, (*layers, face))
 
 
 def depth_of(vertices: F64, triangles: I64, camera: Camera) -> F64:
@@ -284,8 +303,8 @@ def _shade_rows(
             through[y, x] -= share
 
 
-def _pixels(colour: F32, through: F32, samples: int) -> MeshImage:
-    """The mean over each pixel's samples, colour divided by alpha."""
+def pixels(colour: F32, through: F32, samples: int) -> MeshImage:
+    """The mean over each pixel's rays of `colour` [H S, W S, 3], which is multiplied by alpha, 1 - `through`."""
     height, width = (n // samples for n in through.shape)
     alpha = 1 - through.reshape(height, samples, width, samples).mean(axis=(1, 3), dtype=np.float64)
     mean = colour.reshape(height, samples, width, samples, 3).mean(axis=(1, 3), dtype=np.float64)

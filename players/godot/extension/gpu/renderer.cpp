@@ -37,7 +37,7 @@ Renderer::Entry* Renderer::entry_of(Posed* posed) {
         if (entries_[i].posed == posed) return &entries_[i];
     }
     AvatarInstance* instance = avatar_instance_open(posed->pack, 0, &counted_allocator());
-    if (instance == nullptr || !entries_.add({posed, instance, 0, 0, 0, true, false, false})) {
+    if (instance == nullptr || !entries_.add({posed, instance, 0, 0, 0, true, false, false, false, {}})) {
         avatar_instance_close(instance);
         return nullptr;
     }
@@ -83,6 +83,20 @@ bool Renderer::place(Entry& entry, const Wanted& wanted) const {
     return changed;
 }
 
+/// True: another light falls on it now, or none.
+bool Renderer::shine(Entry& entry, const Wanted& wanted) {
+    AvatarLight moved = wanted.light;
+    for (uint32_t i = 0; i < moved.count; i++) {
+        for (int r = 0; r < 3 && moved.lights[i].point != 0; r++) moved.lights[i].place[r] -= origin_[r];
+    }
+    if (wanted.lit == entry.lit && (!entry.lit || std::memcmp(&moved, &entry.light, sizeof moved) == 0)) return false;
+    entry.lit = wanted.lit;
+    entry.light = moved;
+    if (avatar_set_light(entry.instance, entry.lit ? &moved : nullptr) == AVATAR_OK) return true;
+    say(avatar_instance_error(entry.instance));
+    return false;
+}
+
 void Renderer::follow(const Wanted* wanted, size_t count, bool is_new) {
     bool changed = false;
     move_origin(wanted, count);
@@ -94,6 +108,7 @@ void Renderer::follow(const Wanted* wanted, size_t count, bool is_new) {
         if (entry->is_broken) continue;
         changed |= entry->posed->take(entry->instance, entry->seen, entry->level);
         changed |= place(*entry, wanted[i]);
+        changed |= shine(*entry, wanted[i]);
         if (is_new) changed |= follow_level(*entry);
         scene_.show(entry->instance, wanted[i].visible);
     }

@@ -1,5 +1,6 @@
 // What the render thread has of a world: the avatars on the GPU, and the images of its viewports.
 #pragma once
+#include "../../../native/include/avatar_light.h"
 #include "../../../native/scene/scene.h"
 #include "draw.h"
 #include "../posed.h"
@@ -11,6 +12,8 @@ struct Wanted {
     Posed* posed;
     double place[16];
     bool visible;
+    bool lit;
+    AvatarLight light;  // where `lit`
 };
 
 struct Statistics {
@@ -40,6 +43,8 @@ private:
         int32_t level;
         double height;  // of the largest view since the last frame, pixels
         bool wanted, visible, is_broken;
+        bool lit;
+        AvatarLight light;  // relative to the origin
     };
 
     Entry* entry_of(Posed* posed);
@@ -47,6 +52,7 @@ private:
     void say(const char* line);
     void move_origin(const Wanted* wanted, size_t count);
     bool place(Entry& entry, const Wanted& wanted) const;
+    bool shine(Entry& entry, const Wanted& wanted);
     bool camera(Transform3D stands, const Projection& projection, Vector2i size, AvatarCamera& out);
     bool follow_level(Entry& entry);
 

@@ -75,13 +75,6 @@ void avatar_instance_close(AvatarInstance* instance) { close_handle(instance); }
 
 const char* avatar_instance_error(const AvatarInstance* instance) { return line_of(instance); }
 
-/// Whether an instance can be used; then it has no error yet.
-static bool ready(AvatarInstance* instance) {
-    if (instance == nullptr || instance->unusable) return false;
-    instance->errors.clear();
-    return true;
-}
-
 void avatar_reset_pose(AvatarInstance* instance) {
     if (ready(instance)) instance->pose.reset();
 }
@@ -230,7 +223,7 @@ int avatar_update_pose(AvatarInstance* instance) {
     if (!ready(instance)) return AVATAR_FAILED;
     if (!instance->has_finite_pose()) return AVATAR_FAILED;
     instance->update();
-    return instance->has_finite_frame() ? AVATAR_OK : AVATAR_FAILED;
+    return instance->has_finite_frame() && instance->update_light() ? AVATAR_OK : AVATAR_FAILED;
 }
 
 int avatar_update_camera(AvatarInstance* instance, const AvatarCamera* camera) {
@@ -242,7 +235,7 @@ int avatar_update_camera(AvatarInstance* instance, const AvatarCamera* camera) {
     double placed[16];
     instance->write_placed(placed);
     instance->values.set_camera(own, placed);
-    return AVATAR_OK;
+    return instance->update_light() ? AVATAR_OK : AVATAR_FAILED;
 }
 
 double avatar_height_px(const AvatarInstance* instance, const AvatarCamera* camera) {

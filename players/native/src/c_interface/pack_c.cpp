@@ -52,6 +52,7 @@ int avatar_facts(const AvatarPack* pack, AvatarFacts* out) {
     made.preview = of->preview.size > 0 ? of->preview.data : nullptr;
     made.preview_bytes = of->preview.size;
     made.file_bytes = of->file_bytes;
+    made.relit = of->relight.given;
     return give(made, out);
 }
 

@@ -25,15 +25,15 @@ AvatarPasses* avatar_passes_open(const AvatarPack* pack, uint32_t level, uint32_
     Errors& errors = made->errors;
     if (pack == nullptr || pack->unusable) {
         errors.set("", "its pack could not be loaded");
-    } else if (level >= pack->avatar.levels.size || list > AVATAR_VIEW) {
+    } else if (level >= pack->avatar.levels.size || list > AVATAR_LIGHT) {
         errors.set_owner(pack->avatar.name);
         errors.set("level", "there is no list %u of level %u", list, level);
     } else {
         const Program& program = pack->avatar.program;
         const Level& of = program.levels[level];
         const FrameLayout layout(pack->avatar.groups.size);
-        const Span<Pass> passes = list == AVATAR_MESH ? program.mesh : list == AVATAR_DEFORM ? of.deform : of.view;
-        made->list.make(dispatched(passes, made->arena), &layout, nullptr, made->arena);
+        const Span<Pass> lists[] = {program.mesh, of.deform, of.view, of.shadow, of.light};  // by AVATAR_MESH ..
+        made->list.make(dispatched(lists[list], made->arena), &layout, nullptr, made->arena);
     }
     made->of = pack;
     made->unusable = errors.any();

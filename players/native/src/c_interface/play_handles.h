@@ -12,6 +12,8 @@ struct AvatarInstance : avatar::HandleBase {
     /// Scene from the pack's frame, [4, 4]: the one place where a left-handed pack is mirrored. Its x points the other way
     /// than the person's.
     void write_placed(double* into) const;
+    /// The values of the light for the place and the pose. Sets the error.
+    bool update_light();
     /// Whether every number of the pose is finite. Sets the error.
     bool has_finite_pose();
     /// Whether the results of stage joints are. Sets the error.
@@ -28,7 +30,17 @@ struct AvatarInstance : avatar::HandleBase {
     bool has_driver[2] = {false, false};
     avatar::Driver* driver = nullptr;  // null: driving is not enabled
     double place[16];
+    AvatarLight light;
+    bool has_light = false;
+    bool casts = false;  // the light has a shadow map
 };
+
+/// Whether an instance can be used; then it has no error yet.
+inline bool ready(AvatarInstance* instance) {
+    if (instance == nullptr || instance->unusable) return false;
+    instance->errors.clear();
+    return true;
+}
 
 struct AvatarRecording : avatar::HandleBase {
     using HandleBase::HandleBase;

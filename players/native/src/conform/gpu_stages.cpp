@@ -15,7 +15,7 @@ GpuStages::GpuStages(const AvatarStageRunner& runner, const AvatarPack& pack, Ar
     Span<AvatarSceneChunk> chunks = arena.make<AvatarSceneChunk>(level_.chunks.size);
     failed = arena.errors().any();
     if (failed) return;
-    for (uint32_t i = 0; i < 3; i++) {
+    for (uint32_t i = 0; i <= AVATAR_LIGHT; i++) {
         lists_[i] = avatar_passes_open(&pack, 0, i, &arena.allocator());
         failed |= avatar_passes_error(lists_[i]) != nullptr;
     }
@@ -71,7 +71,9 @@ bool GpuStages::run(const Step& step, const Case& of, Arena& arena, Arrays& out)
     if (stage == "activate") {
         return put(step, false, arena) && run_stage("activate") && take(activated, 3, false, arena, out);
     }
+    if (stage == "shadow") return shadow(step, arena, out);
     if (stage == "project") return project(step, of, arena, out);
+    if (stage == "light") return light(step, arena, out);
     if (stage == "sort") return sort(step, arena, out);
     if (stage == "raster") return raster(step, of, arena, out);
     arena.errors().set("", "there is no stage '%s'", Cut(stage, 40).data);

@@ -31,6 +31,9 @@ private:
     bool take_sh(Arena& arena, Arrays& out);
     bool bind(const Step& step, Arena& arena, Arrays& out);
     bool project(const Step& step, const Case& of, Arena& arena, Arrays& out);
+    bool put_light(const Step& step);
+    bool shadow(const Step& step, Arena& arena, Arrays& out);
+    bool light(const Step& step, Arena& arena, Arrays& out);
     bool sort(const Step& step, Arena& arena, Arrays& out);
     bool raster(const Step& step, const Case& of, Arena& arena, Arrays& out);
     bool write_pairs(Span<double> order, Arena& arena);
@@ -38,7 +41,7 @@ private:
     const AvatarStageRunner& runner_;
     const Avatar& avatar_;
     const Level& level_;
-    AvatarPasses* lists_[3] = {};
+    AvatarPasses* lists_[5] = {};
     AvatarSort* sort_ = nullptr;
     FrameValues values_;
     size_t rows_ = 0, sh_terms_ = 0;

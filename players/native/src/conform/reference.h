@@ -37,7 +37,7 @@ struct Expected {
     double atol, rtol;
     bool has_weight;
     Span<double> weight;  // of each row
-    Text flips;           // "sign", "drawn", "cutoff": how right answers may differ; or empty
+    Text flips;           // "sign", "drawn", "cutoff", "shadow": how right answers may differ; or empty
     uint32_t most_flips;  // how many rows may
 };
 

@@ -308,6 +308,84 @@ const Contract project_access = {
     {list_64, 6}, {nullptr, 0},
 };
 
+const StorageBuffer shadow_clear_storage[] = {{"Shadow", 0, 4, false}};
+const Member shadow_clear_members[] = {{"texels", 0, ConstantType::uint}};
+const Most list_65[] = {{"texels", 4194240}};
+const uint32_t list_66[] = {65536};
+const Values list_67[] = {{"texels", {list_66, 1}}};
+const Touched list_68[] = {{"Shadow", "65536", {nullptr, 0}}};
+const Contract shadow_clear_access = {
+    "texels", {list_65, 1}, {list_67, 1}, {nullptr, 0}, {nullptr, 0}, {nullptr, 0}, nullptr, {nullptr, 0},
+    {list_68, 1}, {nullptr, 0},
+};
+
+const StorageBuffer shadow_mesh_storage[] = {
+    {"CornerStatic", 0, 4, true}, {"Mesh", 1, 16, true}, {"Shadow", 2, 4, false},
+};
+const Member shadow_mesh_members[] = {
+    {"triangles", 0, ConstantType::uint}, {"vertices", 4, ConstantType::uint}, {"corners", 8, ConstantType::uint},
+    {"corners_width", 12, ConstantType::uint}, {"world_row0", 16, ConstantType::float4},
+    {"world_row1", 32, ConstantType::float4}, {"world_row2", 48, ConstantType::float4},
+    {"shadow_row0", 64, ConstantType::float4}, {"shadow_row1", 80, ConstantType::float4},
+    {"shadow_row2", 96, ConstantType::float4}, {"shadow_row3", 112, ConstantType::float4},
+};
+const Touched list_69[] = {{"Mesh", "vertices", {nullptr, 0}}, {"Shadow", "65536", {nullptr, 0}}};
+const SectionContract list_70[] = {
+    {"corners", "CornerStatic", SectionKind::index, "3*triangles", "corners_width", {list_8, 3}, "vertices", 0, nullptr, nullptr, {nullptr, 0}},
+};
+const Contract shadow_mesh_access = {
+    "triangles", {list_32, 2}, {nullptr, 0}, {nullptr, 0}, {nullptr, 0}, {list_4, 1}, nullptr, {nullptr, 0},
+    {list_69, 2}, {list_70, 1},
+};
+
+const StorageBuffer shadow_storage[] = {{"Splats", 0, 16, true}, {"Shadow", 1, 4, false}};
+const Member shadow_members[] = {
+    {"shadow_row0", 0, ConstantType::float4}, {"shadow_row1", 16, ConstantType::float4},
+    {"shadow_row2", 32, ConstantType::float4}, {"shadow_row3", 48, ConstantType::float4},
+    {"count", 64, ConstantType::uint},
+};
+const Touched list_71[] = {{"Splats", "5*count", {nullptr, 0}}, {"Shadow", "65536", {nullptr, 0}}};
+const Contract shadow_access = {
+    "count", {list_10, 1}, {nullptr, 0}, {nullptr, 0}, {nullptr, 0}, {list_29, 1}, "count", {nullptr, 0},
+    {list_71, 2}, {nullptr, 0},
+};
+
+const StorageBuffer light_storage[] = {
+    {"LightStatic", 0, 4, true}, {"Splats", 1, 16, true}, {"Shadow", 2, 4, true}, {"Projected", 3, 16, false},
+};
+const Member light_members[] = {
+    {"count", 0, ConstantType::uint}, {"normal", 4, ConstantType::uint}, {"normal_width", 8, ConstantType::uint},
+    {"normal_scale", 12, ConstantType::uint}, {"turn_row0", 16, ConstantType::float4},
+    {"turn_row1", 32, ConstantType::float4}, {"turn_row2", 48, ConstantType::float4},
+    {"capture_ambient0", 64, ConstantType::float4}, {"capture_ambient1", 80, ConstantType::float4},
+    {"capture_ambient2", 96, ConstantType::float4}, {"capture_ambient3", 112, ConstantType::float4},
+    {"capture_ambient4", 128, ConstantType::float4}, {"capture_ambient5", 144, ConstantType::float4},
+    {"capture_ambient6", 160, ConstantType::float4}, {"capture_ambient7", 176, ConstantType::float4},
+    {"capture_ambient8", 192, ConstantType::float4}, {"scene_ambient0", 208, ConstantType::float4},
+    {"scene_ambient1", 224, ConstantType::float4}, {"scene_ambient2", 240, ConstantType::float4},
+    {"scene_ambient3", 256, ConstantType::float4}, {"scene_ambient4", 272, ConstantType::float4},
+    {"scene_ambient5", 288, ConstantType::float4}, {"scene_ambient6", 304, ConstantType::float4},
+    {"scene_ambient7", 320, ConstantType::float4}, {"scene_ambient8", 336, ConstantType::float4},
+    {"place0", 352, ConstantType::float4}, {"place1", 368, ConstantType::float4},
+    {"place2", 384, ConstantType::float4}, {"place3", 400, ConstantType::float4},
+    {"colour0", 416, ConstantType::float4}, {"colour1", 432, ConstantType::float4},
+    {"colour2", 448, ConstantType::float4}, {"colour3", 464, ConstantType::float4},
+    {"shadow_row0", 480, ConstantType::float4}, {"shadow_row1", 496, ConstantType::float4},
+    {"shadow_row2", 512, ConstantType::float4}, {"shadow_row3", 528, ConstantType::float4},
+    {"shadow_offset", 544, ConstantType::float4},
+};
+const Same list_72[] = {{"Splats", {list_17, 1}}, {"Projected", {list_17, 1}}};
+const Touched list_73[] = {
+    {"Splats", "5*count", {nullptr, 0}}, {"Projected", "3*count", {nullptr, 0}}, {"Shadow", "65536", {nullptr, 0}},
+};
+const SectionContract list_74[] = {
+    {"normal", "LightStatic", SectionKind::linear, "3*count", "normal_width", {list_6, 4}, nullptr, 0, "normal_scale", "2*3", {nullptr, 0}},
+};
+const Contract light_access = {
+    "count", {list_10, 1}, {nullptr, 0}, {nullptr, 0}, {nullptr, 0}, {list_72, 2}, "count", {nullptr, 0},
+    {list_73, 3}, {list_74, 1},
+};
+
 const StorageBuffer sort_keys_storage[] = {{"Projected", 0, 16, true}, {"Pairs", 1, 8, false}};
 const Member sort_keys_members[] = {{"count", 0, ConstantType::uint}, {"first", 4, ConstantType::uint}};
 const StorageBuffer sort_count_storage[] = {{"Pairs", 0, 8, true}, {"Counts", 1, 4, false}};
@@ -341,12 +419,16 @@ const Interface interfaces[] = {
     {"bind_surface", "bind", 64, 8, 160, {bind_surface_storage, 4}, {bind_surface_members, 28}, &bind_surface_access},
     {"activate", "activate", 64, 8, 16, {activate_storage, 1}, {activate_members, 1}, &activate_access},
     {"project", "project", 64, 8, 160, {project_storage, 3}, {project_members, 14}, &project_access},
+    {"shadow_clear", "shadow", 64, 8, 16, {shadow_clear_storage, 1}, {shadow_clear_members, 1}, &shadow_clear_access},
+    {"shadow_mesh", "shadow", 64, 8, 128, {shadow_mesh_storage, 3}, {shadow_mesh_members, 11}, &shadow_mesh_access},
+    {"shadow", "shadow", 64, 8, 80, {shadow_storage, 2}, {shadow_members, 5}, &shadow_access},
+    {"light", "light", 64, 8, 560, {light_storage, 4}, {light_members, 38}, &light_access},
     {"sort_keys", "sort", 64, 8, 16, {sort_keys_storage, 2}, {sort_keys_members, 2}, nullptr},
     {"sort_count", "sort", 64, 8, 16, {sort_count_storage, 2}, {sort_count_members, 3}, nullptr},
     {"sort_scan", "sort", 128, 8, 16, {sort_scan_storage, 1}, {sort_scan_members, 1}, nullptr},
     {"sort_scatter", "sort", 64, 8, 16, {sort_scatter_storage, 3}, {sort_scatter_members, 3}, nullptr},
     {"raster_gather", "raster", 64, 8, 32, {raster_gather_storage, 3}, {raster_gather_members, 6}, nullptr},
 };
-const uint32_t interface_count = 14;
+const uint32_t interface_count = 18;
 
 }  // namespace avatar

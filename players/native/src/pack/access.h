@@ -72,7 +72,13 @@ struct ListedNumbers {
 void check_mesh(const Program& program, bool has_joints, Errors& errors);
 /// The chunks of a level follow each other.
 void check_chunks(const char* place, const Level& level, Errors& errors);
-/// Every chunk is projected once.
+/// A list of passes of a level, as a field of an error.
+struct ListName {
+    char data[48];
+    ListName(const char* place, const char* list);
+};
+
+/// Every chunk is projected once, and lit once where there is a light.
 void check_projected(const char* place, const Level& level, Arena& scratch);
 /// Every chunk is blended once, and placed: by one pass over the mesh, or by passes that share one buffer.
 void check_placed(const char* place, const Level& level, bool reads_mesh, Arena& scratch);

@@ -22,15 +22,18 @@ namespace {
 
 /// A list of passes: the stages that it may have in their order, and what of the frame it may ask for.
 struct PassKind {
+    const char* list;
     const char* stages[3];
     int stage_count;
     const char* sources[5];  // beginnings of names of the frame
     int source_count;
 };
 
-const PassKind mesh_kind = {{"morph", "skin"}, 2, {}, 0};
-const PassKind deform_kind = {{"blend", "bind", "activate"}, 3, {"world_", "group_"}, 2};
-const PassKind view_kind = {{"project"}, 1, {"camera_", "clip_", "eye", "tan_half_fov", "image_size"}, 5};
+const PassKind mesh_kind = {"mesh", {"morph", "skin"}, 2, {}, 0};
+const PassKind deform_kind = {"deform", {"blend", "bind", "activate"}, 3, {"world_", "group_"}, 2};
+const PassKind view_kind = {"view", {"project"}, 1, {"camera_", "clip_", "eye", "tan_half_fov", "image_size"}, 5};
+const PassKind shadow_kind = {"shadow", {"shadow"}, 1, {"shadow_row", "world_row"}, 2};
+const PassKind light_kind = {"light", {"light"}, 1, {"light_", "shadow_"}, 2};
 
 /// A constant on which passes agree.
 struct Agreed {
@@ -166,13 +169,15 @@ void Checker::check_level(const char* place, Level& level, double work_before) {
     if (failed()) return;
     if (!written_.empty()) std::memcpy(level_written_.data, written_.data, written_.size);
     std::memset(static_cast<void*>(level_agreed_.data), 0, level_agreed_.size * sizeof(Agreed));
-    char list[48];
-    std::snprintf(list, sizeof(list), "%s, deform", place);
-    double work = work_before + check_list(list, deform_kind, level.deform, level_written_, &level);
-    if (failed()) return;
-    std::snprintf(list, sizeof(list), "%s, view", place);
-    work += check_list(list, view_kind, level.view, level_written_, &level);
-    if (failed()) return;
+    const PassKind* const kinds[] = {&deform_kind, &view_kind, &shadow_kind, &light_kind};
+    const Span<Pass> lists[] = {level.deform, level.view, level.shadow, level.light};
+    const bool lit = !level.light.empty();
+    double work = work_before;
+    for (int i = 0; i < (lit ? 4 : 2); i++) {
+        work += check_list(ListName(place, kinds[i]->list).data, *kinds[i], lists[i], level_written_, &level);
+        if (failed()) return;
+    }
+    if (!lit && !level.shadow.empty()) errors_.set(ListName(place, "shadow").data, "casts shadows that no pass reads");
     if (work > most_work_) {
         errors_.set(place, "has %.0f rows and entries a frame; %.0f are the most", work, most_work_);
         return;

@@ -41,22 +41,28 @@ void check_chunks(const char* place, const Level& level, Errors& errors) {
     if (first < 1 || first > 2147483647.0) errors.set(place, "has %.0f rows", first);
 }
 
-void check_projected(const char* place, const Level& level, Arena& scratch) {
-    Errors& errors = scratch.errors();
+ListName::ListName(const char* place, const char* list) { std::snprintf(data, sizeof(data), "%s, %s", place, list); }
+
+/// How many passes write the projected splats of each chunk.
+static Span<uint32_t> writers_of(const Level& level, Span<Pass> passes, Arena& scratch) {
     Span<uint32_t> times = scratch.make<uint32_t>(level.chunks.size);
-    if (errors.any()) return;
-    for (const Pass& one : level.view) {
+    for (const Pass& one : passes) {
         const Bound* bound = one.buffer("Projected");
-        const int64_t chunk = bound == nullptr ? -1 : chunk_index(level, "Projected", bound->buffer);
+        const int64_t chunk = bound == nullptr || times.empty() ? -1 : chunk_index(level, "Projected", bound->buffer);
         if (chunk >= 0) times[static_cast<size_t>(chunk)]++;
     }
-    for (size_t chunk = 0; chunk < times.size; chunk++) {
-        if (times[chunk] == 1) continue;
-        char field[48];
-        std::snprintf(field, sizeof(field), "%s, view", place);
+    return times;
+}
+
+void check_projected(const char* place, const Level& level, Arena& scratch) {
+    Errors& errors = scratch.errors();
+    const Span<uint32_t> projected = writers_of(level, level.view, scratch), lit = writers_of(level, level.light, scratch);
+    for (size_t chunk = 0; chunk < projected.size && !errors.any(); chunk++) {
+        const bool of_view = projected[chunk] != 1;
+        if (!of_view && (level.light.empty() || lit[chunk] == 1)) continue;
         const ChunkName name(level, "Projected", static_cast<uint32_t>(chunk));
-        errors.set(field, "%u passes write %s; one is needed", times[chunk], Cut(Text(name), 80).data);
-        return;
+        errors.set(ListName(place, of_view ? "view" : "light").data, "%u passes write %s; one is needed",
+                   of_view ? projected[chunk] : lit[chunk], Cut(Text(name), 80).data);
     }
 }
 
@@ -82,9 +88,8 @@ void check_placed(const char* place, const Level& level, bool reads_mesh, Arena&
     for (uint32_t chunk = 0; chunk < placed.size && !errors.any(); chunk++) {
         const Placed& of = placed[chunk];
         if (of.blended == 1 && of.embedded == reads_mesh && of.skinned == !reads_mesh) continue;
-        char field[48];
-        std::snprintf(field, sizeof(field), "%s, deform", place);
-        errors.set(field, "%s is not blended once and placed", Cut(Text(ChunkName(level, "Splats", chunk)), 80).data);
+        const Cut name(Text(ChunkName(level, "Splats", chunk)), 80);
+        errors.set(ListName(place, "deform").data, "%s is not blended once and placed", name.data);
     }
 }
 

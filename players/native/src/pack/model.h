@@ -110,6 +110,8 @@ struct Level {
     Span<Run> chunks;
     Span<Pass> deform;  // once a pose
     Span<Pass> view;    // once a camera
+    Span<Pass> shadow;  // once a pose and light, where one casts shadows; empty where light is
+    Span<Pass> light;   // once a camera, after view, where the scene has a light; empty: colours stay as trained
 };
 
 /// First floats of the sections of buffer Pose: weights [K], features [9 C], late [L], joints [J, 3, 4].
@@ -206,6 +208,15 @@ struct Framing {
     FramedPart head;
 };
 
+/// The light in which an avatar was captured. Normals and colours are in the program.
+struct Relight {
+    bool given;
+    bool follows;        // it moves with the avatar, not with the world
+    int64_t head;        // and with this joint; below 0: with none
+    double centre[3];    // of the sphere in which everything lies that casts shadows, in the pack's frame
+    double radius;
+};
+
 /// Rules that a player needs; empty: null or missing.
 struct Rules {
     Text rotation, rotation_joint, anchor;
@@ -223,6 +234,7 @@ struct Avatar {
     Skeleton skeleton;
     Span<Group> groups;  // they cover the Gaussians of the finest level in order
     Rules rules;
+    Relight relight;
     Span<ClipData> clips;
     bool has_driving;
     Driving driving;
@@ -246,6 +258,6 @@ struct FrameSource {
     uint32_t floats;
 };
 extern const FrameSource frame_sources[];
-constexpr uint32_t frame_source_count = 20;
+constexpr uint32_t frame_source_count = 45;
 
 }  // namespace avatar

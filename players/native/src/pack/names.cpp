@@ -26,6 +26,31 @@ const FrameSource frame_sources[] = {
     {"eye", 4},
     {"tan_half_fov", 2},
     {"image_size", 2},  // pixels
+    {"light_ambient0", 4},  // of the scene: rgb
+    {"light_ambient1", 4},
+    {"light_ambient2", 4},
+    {"light_ambient3", 4},
+    {"light_ambient4", 4},
+    {"light_ambient5", 4},
+    {"light_ambient6", 4},
+    {"light_ambient7", 4},
+    {"light_ambient8", 4},
+    {"light_place0", 4},  // of a light: towards it and 0, or its position and 1
+    {"light_place1", 4},
+    {"light_place2", 4},
+    {"light_place3", 4},
+    {"light_colour0", 4},
+    {"light_colour1", 4},
+    {"light_colour2", 4},
+    {"light_colour3", 4},
+    {"light_turn_row0", 4},  // frame that the light of the capture moves with from world
+    {"light_turn_row1", 4},
+    {"light_turn_row2", 4},
+    {"shadow_row0", 4},  // column, row, distance and w of the shadow map, from world
+    {"shadow_row1", 4},
+    {"shadow_row2", 4},
+    {"shadow_row3", 4},
+    {"shadow_offset", 4},  // along the normal, along the light, 1 where there is a shadow map, 0
 };
 
 bool split_source(Text value, Text* name, int64_t* row) {

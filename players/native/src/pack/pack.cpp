@@ -1,6 +1,7 @@
 // A whole pack: inflated, read, checked.
 #include <cstdio>
 
+#include "../formats/finite.h"
 #include "read.h"
 
 namespace avatar {
@@ -185,6 +186,31 @@ static Text statement(Json avatar, const char* name, Arena& arena) {
     return said.is(JsonKind::text) ? arena.copy(said.text()) : Text();
 }
 
+/// The light of the capture goes with passes of stage light.
+static Relight read_relight(Json said, const Avatar& avatar) {
+    const Program& program = avatar.program;
+    Errors& errors = said.errors();
+    Relight made = {};
+    made.head = Names::none;
+    made.given = said.given();
+    for (const Level& level : program.levels) {
+        if (level.light.empty() == made.given) said.set("goes with passes of stage light, and they with it");
+    }
+    if (!made.given || errors.any()) return made;
+    made.follows = said.at("frame").text() == "head";
+    const Json joint = said.at("joint");
+    if (joint.given()) check_joint(joint.text(), avatar, "$.avatar.relight.joint", errors);
+    if (made.follows && joint.given()) made.head = avatar.joint_names.find(joint.text());
+    said.at("centre").vector(made.centre);
+    made.radius = said.at("radius").number();
+    for (Json row : said.at("ambient").list(9, 9)) {
+        double colour[3] = {};
+        row.vector(colour);
+        if (!all_finite(colour, 3)) row.set("has a number beyond float32");
+    }
+    return made;
+}
+
 static bool read_document(const Reading& reading, Avatar& avatar) {
     Arena &arena = reading.arena, &scratch = reading.scratch;
     Errors& errors = reading.errors;
@@ -223,6 +249,7 @@ static bool read_document(const Reading& reading, Avatar& avatar) {
     check_pose_floats(avatar, errors);
     check_groups(avatar.groups, avatar, errors);
     avatar.rules = read_rules(said, arena);
+    avatar.relight = read_relight(said.at("relight"), avatar);
     if (errors.any()) return false;
     check_rotation(avatar, errors);
     avatar.has_driving = read_driving(document, arena, avatar.driving);

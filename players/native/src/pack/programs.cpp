@@ -60,6 +60,9 @@ static Level read_level(Json said, Arena& arena) {
     }
     made.deform = read_passes(said.at("deform"), arena);
     made.view = read_passes(said.at("view"), arena);
+    const Json shadow = said.at("shadow"), light = said.at("light");
+    if (shadow.given()) made.shadow = read_passes(shadow, arena);
+    if (light.given()) made.light = read_passes(light, arena);
     return made;
 }
 

@@ -9,7 +9,7 @@ namespace avatar {
 
 // Places in frame_sources.
 static constexpr uint32_t world_rows = 0, world_quat = 3, matrix_rows = 4, rotation_rows = 7, camera_rows = 10;
-static constexpr uint32_t clip_rows = 13, eye_value = 17, tan_value = 18, size_value = 19;
+static constexpr uint32_t clip_rows = 13, eye_value = 17, tan_value = 18, size_value = 19, light_values = 20;
 
 FrameLayout::FrameLayout(size_t groups) {
     for (uint32_t i = 0; i < frame_source_count; i++) {
@@ -43,9 +43,13 @@ void FrameValues::set_table(uint32_t source, const float* table) {
 }
 
 void FrameValues::set_posed(const float* group_matrix, const float* group_rotation, const double* world_from_avatar) {
-    for (uint32_t row = 0; row < 3; row++) set_row(world_rows + row, world_from_avatar + 4 * row);
+    set_world(world_from_avatar);
     set_table(matrix_rows, group_matrix);
     set_table(rotation_rows, group_rotation);
+}
+
+void FrameValues::set_world(const double* world_from_avatar) {
+    for (uint32_t row = 0; row < 3; row++) set_row(world_rows + row, world_from_avatar + 4 * row);
     double quat[4];
     quat_from_matrix(quat, world_from_avatar);
     set_row(world_quat, quat);
@@ -78,6 +82,10 @@ void FrameValues::set_camera(const AvatarCamera& camera, const double* world) {
     for (int i = 0; i < 2; i++) tangents[i] = camera.tan_half_fov[i];
     pixels[0] = static_cast<float>(camera.width);
     pixels[1] = static_cast<float>(camera.height);
+}
+
+void FrameValues::set_light(const LightRows& light) {
+    std::memcpy(&floats[layout.first(light_values)], &light, sizeof(light));
 }
 
 }  // namespace avatar

@@ -1,5 +1,6 @@
 #pragma once
 #include "../pose/poser.h"
+#include "light.h"
 
 namespace avatar {
 
@@ -30,10 +31,15 @@ struct FrameValues {
 
     /// Takes the results of stage joints: group tables [G, 3, 4] and the pose's world matrix [4, 4].
     void set_posed(const float* group_matrix, const float* group_rotation, const double* world_from_avatar);
+    /// The world matrix alone.
+    void set_world(const double* world_from_avatar);
 
     /// Takes the camera, seen from the pack's own space: `world` [4, 4] places the pack in the scene. Any affine
     /// matrix will do, also one that scales or mirrors. A singular one draws nothing: every Gaussian is at depth 0.
     void set_camera(const AvatarCamera& camera, const double* world);
+
+    /// Takes the light of the scene.
+    void set_light(const LightRows& light);
 
 private:
     void set_row(uint32_t source, const double* row);

@@ -24,7 +24,7 @@ namespace AvatarExport.Core {
             int groups = avatar.Groups.Length;
             buffers = new StageBuffers(runner, program);
             values = new FrameValues(groups);
-            lists = Array.ConvertAll(new[] { program.Mesh, level.Deform, level.View }, one => PassList.Of(program, one, groups));
+            lists = Array.ConvertAll(new[] { program.Mesh, level.Deform, level.View, level.Shadow, level.Light }, one => PassList.Of(program, one, groups));
             sort = SceneSort.Of(ProjectedChunk.Of(level).ToArray());
             runner.Load(program, sort.Buffers);
         }
@@ -40,7 +40,9 @@ namespace AvatarExport.Core {
                 case "blend": return Blend();
                 case "bind": return Bind(x);
                 case "activate": return Activate(x);
+                case "shadow": return Shadow(x);
                 case "project": return Project(x, camera);
+                case "light": return Light(x);
                 case "sort": return Sort(x);
                 case "raster": return Raster(x, camera);
                 default: throw new AvatarError($"there is no stage '{stage}'", "the cases of the reference");
@@ -102,6 +104,37 @@ namespace AvatarExport.Core {
             values.SetCamera(camera, still);
             Run("project");
             return buffers.TakeProjected();
+        }
+
+        private void PutLight(Dictionary<string, double[]> x) {
+            var light = new LightRows();
+            int at = 0;
+            foreach (KeyValuePair<string, int> part in LightRows.Parts) {
+                double[] given;
+                x.TryGetValue(part.Key, out given);
+                for (int i = 0; given != null && i < part.Value; i++) light.Floats[at + i] = (float)given[i];
+                at += part.Value;
+            }
+            values.SetLight(light);
+            if (x.ContainsKey("world_from_avatar")) values.SetWorld(x["world_from_avatar"]);
+        }
+
+        private Dictionary<string, double[]> Shadow(Dictionary<string, double[]> x) {
+            PutLight(x);
+            buffers.PutSplats(x);
+            if (x.ContainsKey("posed_vertices")) buffers.PutMesh(x["posed_vertices"]);
+            Run("shadow");
+            float[] map = buffers.Read("Shadow", Constants.ShadowSize * Constants.ShadowSize);
+            return new Dictionary<string, double[]> { { "shadow", Array.ConvertAll(map, texel => (double)texel) } };
+        }
+
+        private Dictionary<string, double[]> Light(Dictionary<string, double[]> x) {
+            PutLight(x);
+            buffers.PutSplats(x);
+            buffers.PutProjected(x);
+            if (x.ContainsKey("shadow")) buffers.Write("Shadow", CpuStages.Floats(x["shadow"]));
+            Run("light");
+            return new Dictionary<string, double[]> { { "rgb", buffers.TakeProjected()["rgb"] } };
         }
 
         private Dictionary<string, double[]> Sort(Dictionary<string, double[]> x) {

@@ -78,6 +78,7 @@ namespace AvatarExport.Core {
         }
 
         private static bool Flipped(Expected expected, double[] got, int row, double error, double brightest) {
+            if (expected.Flips == "shadow") return true;
             if (expected.Flips == "drawn") return error == 1 || got[row] == 0 || expected.Values[row] == 0;
             return expected.Flips == "cutoff" && error <= FlipStep * brightest;
         }

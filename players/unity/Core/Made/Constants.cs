@@ -38,6 +38,18 @@ namespace AvatarExport.Core {
         /// <summary>Newton steps R &lt;- (R + R^-T) / 2 of the polar factor; 1e-14 away at 30 degrees, 1e-9 at 60.</summary>
         public const int PolarSteps = 3;
 
+        /// <summary>Real spherical harmonics, band 0.</summary>
+        public static readonly double[] ShC0 = { 0.28209479177387814 };
+
+        /// <summary>Band 1 with its signs, factors of y, z, x.</summary>
+        public static readonly double[] ShC1 = { -0.4886025119029199, 0.4886025119029199, -0.4886025119029199 };
+
+        /// <summary>Band 2, factors of xy, yz, 2zz-xx-yy, xz, xx-yy.</summary>
+        public static readonly double[] ShC2 = { 1.0925484305920792, -1.0925484305920792, 0.31539156525252005, -1.0925484305920792, 0.5462742152960396 };
+
+        /// <summary>Band 3, factors of y(3xx-yy), xyz, y(4zz-xx-yy), z(2zz-3xx-3yy), x(4zz-xx-yy), z(xx-yy), x(xx-3yy).</summary>
+        public static readonly double[] ShC3 = { -0.5900435899266435, 2.890611442640554, -0.4570457994644658, 0.3731763325901154, -0.4570457994644658, 1.445305721320277, -0.5900435899266435 };
+
         /// <summary>Least length, an area in training units squared, by which a summed vertex normal is divided.</summary>
         public const double NormalFloor = 1e-06;
 
@@ -46,6 +58,21 @@ namespace AvatarExport.Core {
 
         /// <summary>Training units squared, added to both areas of the ratio that scales a Gaussian; it dominates on meshes in metres.</summary>
         public const double AreaDamping = 0.0001;
+
+        /// <summary>The light of the capture is taken to be at least this, so that what was dark in it does not turn to noise.</summary>
+        public const double LightFloor = 0.05;
+
+        /// <summary>Bundle units; a point light is taken to be at least this far away.</summary>
+        public const double LightNearest = 0.01;
+
+        /// <summary>Texels along an edge of a shadow map.</summary>
+        public const int ShadowSize = 256;
+
+        /// <summary>a Gaussian casts a shadow where its alpha, seen from the light, is at least this.</summary>
+        public const double ShadowAlpha = 0.3;
+
+        /// <summary>Texels squared, added to both variances of a Gaussian in a shadow map, so that none is thinner than a texel.</summary>
+        public const double ShadowLowPass = 0.25;
 
         /// <summary>Threads of a group.</summary>
         public const int Threads = 64;

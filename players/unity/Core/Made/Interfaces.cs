@@ -325,6 +325,73 @@ namespace AvatarExport.Core {
                         When = { ["sh_degree"] = new[] { 3 } } } } },
                     Values = { ["sh_degree"] = new[] { 0, 1, 2, 3 } },
                 }),
+            ["shadow_clear"] = new Interface(
+                "shadow",
+                new[] { new StorageBuffer("Shadow", 4, false) },
+                "texels",
+                new Contract {
+                    Rows = "texels",
+                    Values = { ["texels"] = new[] { 65536 } },
+                    Most = { ["texels"] = 4194240 },
+                    Elements = { ["Shadow"] = new[] { new Touched { Elements = "65536" } } },
+                }),
+            ["shadow_mesh"] = new Interface(
+                "shadow",
+                new[] { new StorageBuffer("CornerStatic", 4, true), new StorageBuffer("Mesh", 16, true),
+                    new StorageBuffer("Shadow", 4, false) },
+                "triangles vertices corners corners_width world_row0:float4 world_row1:float4 world_row2:float4 " +
+                "shadow_row0:float4 shadow_row1:float4 shadow_row2:float4 shadow_row3:float4",
+                new Contract {
+                    Rows = "triangles",
+                    Most = { ["triangles"] = 4194240, ["vertices"] = 16777216 },
+                    Same = { ["Mesh"] = new[] { "vertices" } },
+                    Elements = { ["Mesh"] = new[] { new Touched { Elements = "vertices" } },
+                        ["Shadow"] = new[] { new Touched { Elements = "65536" } } },
+                    Sections = {
+                        ["corners"] = new SectionContract { Buffer = "CornerStatic", Kind = "index",
+                            Elements = "3*triangles", Width = "corners_width", Widths = new[] { 8, 16, 32 },
+                            Below = "vertices" },
+                    },
+                }),
+            ["shadow"] = new Interface(
+                "shadow",
+                new[] { new StorageBuffer("Splats", 16, true), new StorageBuffer("Shadow", 4, false) },
+                "shadow_row0:float4 shadow_row1:float4 shadow_row2:float4 shadow_row3:float4 count",
+                new Contract {
+                    Rows = "count",
+                    Most = { ["count"] = 4194240 },
+                    Chunk = "count",
+                    Same = { ["Splats"] = new[] { "count" } },
+                    Elements = { ["Splats"] = new[] { new Touched { Elements = "5*count" } },
+                        ["Shadow"] = new[] { new Touched { Elements = "65536" } } },
+                }),
+            ["light"] = new Interface(
+                "light",
+                new[] { new StorageBuffer("LightStatic", 4, true), new StorageBuffer("Splats", 16, true),
+                    new StorageBuffer("Shadow", 4, true), new StorageBuffer("Projected", 16, false) },
+                "count normal normal_width normal_scale turn_row0:float4 turn_row1:float4 turn_row2:float4 " +
+                "capture_ambient0:float4 capture_ambient1:float4 capture_ambient2:float4 " +
+                "capture_ambient3:float4 capture_ambient4:float4 capture_ambient5:float4 " +
+                "capture_ambient6:float4 capture_ambient7:float4 capture_ambient8:float4 scene_ambient0:float4 " +
+                "scene_ambient1:float4 scene_ambient2:float4 scene_ambient3:float4 scene_ambient4:float4 " +
+                "scene_ambient5:float4 scene_ambient6:float4 scene_ambient7:float4 scene_ambient8:float4 " +
+                "place0:float4 place1:float4 place2:float4 place3:float4 colour0:float4 colour1:float4 " +
+                "colour2:float4 colour3:float4 shadow_row0:float4 shadow_row1:float4 shadow_row2:float4 " +
+                "shadow_row3:float4 shadow_offset:float4",
+                new Contract {
+                    Rows = "count",
+                    Most = { ["count"] = 4194240 },
+                    Chunk = "count",
+                    Same = { ["Splats"] = new[] { "count" }, ["Projected"] = new[] { "count" } },
+                    Elements = { ["Splats"] = new[] { new Touched { Elements = "5*count" } },
+                        ["Projected"] = new[] { new Touched { Elements = "3*count" } },
+                        ["Shadow"] = new[] { new Touched { Elements = "65536" } } },
+                    Sections = {
+                        ["normal"] = new SectionContract { Buffer = "LightStatic", Kind = "linear",
+                            Elements = "3*count", Width = "normal_width", Widths = new[] { 0, 8, 16, 32 },
+                            Scale = "normal_scale", Floats = "2*3" },
+                    },
+                }),
             ["sort_keys"] = new Interface(
                 "sort",
                 new[] { new StorageBuffer("Projected", 16, true), new StorageBuffer("Pairs", 8, false) },

@@ -137,6 +137,12 @@ namespace AvatarExport.Core {
             HashSet<string> known = new HashSet<string>(written, NameComparer.Instance);
             double work = workBefore + CheckList(place + ", deform", PassKind.Deform, level.Deform, known, level);
             work += CheckList(place + ", view", PassKind.View, level.View, known, level);
+            bool isLit = level.Light.Length > 0;
+            if (isLit) work += CheckList(place + ", shadow", PassKind.Shadow, level.Shadow, known, level);
+            if (isLit) work += CheckList(place + ", light", PassKind.Light, level.Light, known, level);
+            if (!isLit && level.Shadow.Length > 0) {
+                throw new AvatarError("casts shadows that no pass reads", null, place + ", shadow");
+            }
             if (work > mostWork) {
                 string line = Invariant($"has {work} rows and entries a frame; {mostWork} are the most");
                 throw new AvatarError(line, null, place);
@@ -166,23 +172,33 @@ namespace AvatarExport.Core {
             }
         }
 
+        /// <summary>Every chunk is projected once, and lit once where there is a light.</summary>
         private static void CheckProjected(string place, Level level) {
+            Dictionary<string, int> projected = Writers(level.View), lit = Writers(level.Light);
+            for (int chunk = 0; chunk < level.Chunks.Length; chunk++) {
+                string name = Chunks.BufferName(level, "Projected", chunk);
+                CheckOnce(projected, name, place + ", view");
+                if (level.Light.Length > 0) CheckOnce(lit, name, place + ", light");
+            }
+        }
+
+        /// <summary>How many passes write each buffer of projected splats.</summary>
+        private static Dictionary<string, int> Writers(Pass[] passes) {
             Dictionary<string, int> times = new Dictionary<string, int>(NameComparer.Instance);
-            foreach (Pass one in level.View) {
+            foreach (Pass one in passes) {
                 string bound;
                 int before;
                 if (!one.Buffers.TryGetValue("Projected", out bound)) continue;
                 times.TryGetValue(bound, out before);
                 times[bound] = before + 1;
             }
-            for (int chunk = 0; chunk < level.Chunks.Length; chunk++) {
-                int count;
-                string name = Chunks.BufferName(level, "Projected", chunk);
-                times.TryGetValue(name, out count);
-                if (count != 1) {
-                    throw new AvatarError(Invariant($"{count} passes write {name}; one is needed"), null, place + ", view");
-                }
-            }
+            return times;
+        }
+
+        private static void CheckOnce(Dictionary<string, int> times, string name, string place) {
+            int count;
+            times.TryGetValue(name, out count);
+            if (count != 1) throw new AvatarError(Invariant($"{count} passes write {name}; one is needed"), null, place);
         }
 
         /// <summary>The rows and entries of all passes; buffers that they write join `written`.</summary>
@@ -318,6 +334,8 @@ namespace AvatarExport.Core {
         public static readonly PassKind Deform = new PassKind(new[] { "blend", "bind", "activate" }, "world_", "group_");
         public static readonly PassKind View =
             new PassKind(new[] { "project" }, "camera_", "clip_", "eye", "tan_half_fov", "image_size");
+        public static readonly PassKind Shadow = new PassKind(new[] { "shadow" }, "shadow_row", "world_row");
+        public static readonly PassKind Light = new PassKind(new[] { "light" }, "light_", "shadow_");
 
         public readonly string[] Stages; // in their order
         public readonly string[] Sources; // beginnings of names of the frame

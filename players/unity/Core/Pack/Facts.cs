@@ -1,3 +1,4 @@
+using System;
 using System.Collections.Generic;
 using System.Linq;
 using static System.FormattableString;
@@ -58,6 +59,33 @@ namespace AvatarExport.Core {
                 First = said.At("first").Int(),
                 Count = said.At("count").Int(),
                 Binding = said.At("binding").One("skin", "anchor", "joint_mix", "surface", "none"),
+            };
+        }
+
+        /// <summary>The light of the capture, which goes with passes of stage light; or null.</summary>
+        public static Relight Relight(Json avatar, Program program, string[] joints) {
+            Relight found = avatar.Optional("relight", said => ReadRelight(said, joints ?? new string[0]), null);
+            if (program.Levels.Any(level => (level.Light.Length > 0) != (found != null))) {
+                string line = "goes with passes of stage light, and they with it";
+                throw new AvatarError(line, null, avatar.At("relight").Path);
+            }
+            return found;
+        }
+
+        private static Relight ReadRelight(Json said, string[] joints) {
+            foreach (Json row in said.At("ambient").List(9, 9)) {
+                if (row.Vector().Any(number => Math.Abs(number) > float.MaxValue)) {
+                    throw new AvatarError("has a number beyond float32", null, row.Path);
+                }
+            }
+            bool follows = said.At("frame").Text() == "head";
+            string head = said.Optional("joint", one => one.Text(), null);
+            Rig.CheckJoint(head, new HashSet<string>(joints), "$.avatar.relight.joint");
+            return new Relight {
+                Follows = follows,
+                Head = follows ? Array.IndexOf(joints, head) : -1,
+                Centre = said.At("centre").Vector(),
+                Radius = said.At("radius").Number(),
             };
         }
 

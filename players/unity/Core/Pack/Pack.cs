@@ -53,6 +53,7 @@ namespace AvatarExport.Core {
                 Rules = rules,
                 Clips = Clips.Read(said.At("clips"), arrays, expressions.Length, late.Length, known.Count, limit),
                 Driving = driving,
+                Relight = Facts.Relight(said, program, joints),
                 Levels = Facts.Levels(document),
                 Framing = Facts.Framing(document, handedness == "left"),
                 Bounds = Facts.Bounds(said, handedness == "left"),

@@ -29,6 +29,8 @@ namespace AvatarExport.Core {
                 Chunks = said.At("chunks").List().Select(ReadRun).ToArray(),
                 Deform = Passes(said.At("deform")),
                 View = Passes(said.At("view")),
+                Shadow = said.Optional("shadow", Passes, new Pass[0]),
+                Light = said.Optional("light", Passes, new Pass[0]),
             };
         }
 

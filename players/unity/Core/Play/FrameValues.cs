@@ -27,6 +27,7 @@ namespace AvatarExport.Core {
         private readonly int eyeAt;
         private readonly int tanAt;
         private readonly int sizeAt;
+        private readonly int lightAt;
 
         /// <summary>Values for an avatar of that many groups; they are 0.</summary>
         public FrameValues(int groups) {
@@ -42,16 +43,22 @@ namespace AvatarExport.Core {
             eyeAt = Layout.First("eye");
             tanAt = Layout.First("tan_half_fov");
             sizeAt = Layout.First("image_size");
+            lightAt = Layout.First("light_ambient0");
         }
 
         /// <summary>Takes the results of stage joints.</summary>
         public void SetPosed(Posed posed) {
+            SetWorld(posed.WorldFromAvatar);
             for (int row = 0; row < 3; row++) {
-                SetRow(worldRows[row], posed.WorldFromAvatar, row);
                 SetTable(matrixRows[row], posed.GroupMatrix, row);
                 SetTable(rotationRows[row], posed.GroupRotation, row);
             }
-            Affine.QuatFromMatrix(quat, 0, posed.WorldFromAvatar, 0);
+        }
+
+        /// <summary>The world matrix [4, 4] alone.</summary>
+        public void SetWorld(double[] worldFromAvatar) {
+            for (int row = 0; row < 3; row++) SetRow(worldRows[row], worldFromAvatar, row);
+            Affine.QuatFromMatrix(quat, 0, worldFromAvatar, 0);
             for (int i = 0; i < 4; i++) Floats[worldQuat + i] = (float)quat[i];
         }
 
@@ -73,6 +80,9 @@ namespace AvatarExport.Core {
             Floats[sizeAt] = camera.Width;
             Floats[sizeAt + 1] = camera.Height;
         }
+
+        /// <summary>Takes the light of the scene.</summary>
+        public void SetLight(LightRows light) => Array.Copy(light.Floats, 0, Floats, lightAt, LightRows.Count);
 
         private int[] Rows(string name, int count) {
             var found = new int[count];

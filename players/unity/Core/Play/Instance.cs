@@ -24,6 +24,8 @@ namespace AvatarExport.Core {
         /// <summary>The content of buffer Pose; empty if there is none.</summary>
         public readonly float[] PoseFloats;
 
+        private readonly LightRows rows = new LightRows();
+        private SceneLight light;
         private readonly double[] placed = new double[16]; // scene from the pack's frame
         private readonly double[] posed = new double[12]; // scene from the person at rest
         private readonly Poser poser;
@@ -52,6 +54,24 @@ namespace AvatarExport.Core {
             }
         }
 
+        /// <summary>
+        /// The light of the scene; null: the avatar is shown as trained. Updates take it as it is then. Setting it throws
+        /// AvatarError for an avatar that takes none.
+        /// </summary>
+        public SceneLight Light {
+            get => light;
+            set {
+                if (value != null && Avatar.Relight == null) {
+                    throw new AvatarError("its colours hold an unknown light; make it with `pack --relight`", Avatar.Name, "light");
+                }
+                light = value;
+                CastsShadow = false; // until an update
+            }
+        }
+
+        /// <summary>Whether the passes of Level.Shadow are to run, after an update.</summary>
+        public bool CastsShadow { get; private set; }
+
         /// <summary>The passes and chunks of the level.</summary>
         public Level Program => Avatar.Program.Levels[level];
 
@@ -61,13 +81,28 @@ namespace AvatarExport.Core {
             UpdateCamera(camera);
         }
 
-        /// <summary>Stage joints: PoseFloats and the values of the pose.</summary>
-        public void UpdatePose() => Values.SetPosed(poser.Update(Pose));
+        /// <summary>Stage joints: PoseFloats and the values of the pose and of the light.</summary>
+        public void UpdatePose() {
+            Values.SetPosed(poser.Update(Pose));
+            UpdateLight();
+        }
 
-        /// <summary>The values of a camera: again for each camera that sees the same pose.</summary>
+        /// <summary>The values of a camera, and of the light: again for each camera that sees the same pose.</summary>
         public void UpdateCamera(AvatarCamera camera) {
             SetPlaced();
             Values.SetCamera(camera, placed);
+            UpdateLight();
+        }
+
+        /// <summary>Throws AvatarError for a light whose numbers cannot be used.</summary>
+        private void UpdateLight() {
+            if (light == null) return;
+            SetPlaced();
+            int skin = Avatar.Relight.Head < 0 ? -1 : Avatar.Program.Pose.Joints + 12 * Avatar.Relight.Head;
+            string wrong = rows.Write(light, Avatar.Relight, placed, Pose.WorldFromAvatar, PoseFloats, skin);
+            if (wrong != null) throw new AvatarError(wrong, Avatar.Name, "light");
+            Values.SetLight(rows);
+            CastsShadow = rows.CastsShadow;
         }
 
         /// <summary>

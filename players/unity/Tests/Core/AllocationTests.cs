@@ -12,7 +12,27 @@ namespace AvatarExport.Tests {
         public void AFrameAllocatesNothing() {
             LoadedAvatar avatar = Cases.Loaded("wide");
             Assert.AreEqual(new[] { 51, 262 }, new[] { avatar.Expressions.Length, avatar.Skeleton.Names.Length });
-            Action<int> play = Frame(avatar);
+            AllocatesNothing(Frame(avatar));
+        }
+
+        [Test]
+        public void ALitFrameAllocatesNothing() {
+            LoadedAvatar avatar = LoadedAvatar.Load(Cases.Bytes("light_left.avatar"));
+            var light = new SceneLight { Count = 2, Shadow = true };
+            var instance = new Instance(avatar, 0) { Light = light };
+            var camera = new AvatarCamera();
+            PassList[] lists = new[] { instance.Program.Shadow, instance.Program.Light }
+                .Select(passes => PassList.Of(avatar.Program, passes, avatar.Groups.Length)).ToArray();
+            light.Lights[1].IsPoint = true;
+            AllocatesNothing(i => {
+                light.Lights[0].Place[0] = i + 1;
+                instance.Update(camera);
+                Assert.IsTrue(instance.CastsShadow);
+                for (int list = 0; list < lists.Length; list++) lists[list].Set(instance.Values);
+            });
+        }
+
+        private static void AllocatesNothing(Action<int> play) {
             for (int i = 0; i < 3; i++) play(i); // until everything is compiled
             // Bytes that this thread has allocated. Not every runtime that Unity has tells them.
             System.Reflection.MethodInfo told = typeof(GC).GetMethod("GetAllocatedBytesForCurrentThread");

@@ -59,6 +59,8 @@ namespace AvatarExport.Tests {
                     }).ToArray(),
                     Deform = Of(level.At("deform")),
                     View = Of(level.At("view")),
+                    Shadow = Of(level.At("shadow")),
+                    Light = Of(level.At("light")),
                 }).ToArray(),
                 Pose = new PoseSections {
                     Weights = Clamped(pose.At("weights")),

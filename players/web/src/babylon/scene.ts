@@ -7,10 +7,12 @@ import type { Scene } from "@babylonjs/core/scene.js";
 import type { Avatar } from "../avatar.js";
 import type { Camera as Seen } from "../camera.js";
 import { Crowd, type AvatarHost, type AvatarSceneOptions } from "../engine/host.js";
+import { SceneLights } from "../engine/lights.js";
 import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
 import { hostOf } from "./host.js";
+import { collect, FALLOFF } from "./lights.js";
 
 /**
  * An avatar in a scene of Babylon.js. Its transform may be any, and any node may be its parent; `setEnabled(false)`
@@ -81,11 +83,13 @@ export class AvatarScene {
   private constructor(
     readonly scene: Scene,
     host: AvatarHost<Scene>,
+    lights: boolean,
   ) {
-    this.crowd = new Crowd(host, (head, instance) => {
+    const place = (head: AvatarNode, instance: Instance): void => {
       instance.visible = head.isEnabled() && scene.transformNodes.includes(head);
       setPlace(instance.place, head.getWorldMatrix().m, !scene.useRightHandedSystem);
-    });
+    };
+    this.crowd = new Crowd(host, place, lights ? new SceneLights(FALLOFF) : null, collect);
     this.observers = [
       scene.onAfterDrawPhaseObservable.add(() => this.crowd.draw(scene)),
       scene.onDisposeObservable.add(() => this.dispose()),
@@ -96,7 +100,7 @@ export class AvatarScene {
   static async create(scene: Scene, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
     const host = await hostOf(scene, options.synchronous ?? false, () => made?.onChangeObservable.notifyObservers(made));
-    return (made = new AvatarScene(scene, host));
+    return (made = new AvatarScene(scene, host, options.lights ?? true));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */

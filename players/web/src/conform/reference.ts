@@ -12,7 +12,7 @@ export interface Expected extends Named {
   readonly atol: number;
   readonly rtol: number;
   readonly weight?: Named;
-  readonly flips?: "sign" | "drawn" | "cutoff";
+  readonly flips?: "sign" | "drawn" | "cutoff" | "shadow";
   readonly most_flips?: number;
 }
 

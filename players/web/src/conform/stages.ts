@@ -70,6 +70,22 @@ const STAGES: Readonly<Record<string, Stage>> = {
     const taken = await take(runner, "Projected", Object.keys(LAYOUTS.Projected.places));
     return { ...taken, radius: Int32Array.from(taken["radius"] as Float32Array) };
   },
+  async shadow(runner, x) {
+    put(runner, "Splats", x);
+    if (x["posed_vertices"] !== undefined) writeMesh(runner, x["posed_vertices"]);
+    setTransforms(runner.values, x);
+    setLight(runner.values, x);
+    await runner.run("shadow");
+    return { shadow: await runner.read("Shadow") };
+  },
+  async light(runner, x) {
+    put(runner, "Splats", x);
+    put(runner, "Projected", x);
+    setLight(runner.values, x);
+    if (x["shadow"] !== undefined) runner.write("Shadow", x["shadow"] as Float32Array);
+    await runner.run("light");
+    return take(runner, "Projected", ["rgb"]);
+  },
   async sort(runner, x) {
     put(runner, "Projected", x);
     return { order: await runner.sort() };
@@ -126,8 +142,8 @@ function writePose(runner: StageRunner, x: Tensors): void {
 }
 
 function setTransforms(values: FrameValues, x: Tensors): void {
-  const matrix = Float32Array.from(x["group_matrix"] as Float32Array);
-  const small = x["group_rotation"] as Float32Array;
+  const matrix = Float32Array.from((x["group_matrix"] as Float32Array | undefined) ?? new Float32Array(12 * values.groups));
+  const small = (x["group_rotation"] as Float32Array | undefined) ?? EMPTY;
   const rotation = new Float32Array(matrix.length);
   for (let i = 0; i < small.length; i++) {
     rotation[12 * Math.floor(i / 9) + 4 * Math.floor((i % 9) / 3) + (i % 3)] = small[i] as number;
@@ -136,6 +152,23 @@ function setTransforms(values: FrameValues, x: Tensors): void {
   values.setPosed({ poseFloats: EMPTY, groupMatrix: matrix, groupRotation: rotation, worldFromAvatar: world });
 }
 const EMPTY = new Float32Array(0);
+
+const OF_LIGHT = {
+  light_ambient: "light_ambient0",
+  light_place: "light_place0",
+  light_colour: "light_colour0",
+  light_turn: "light_turn_row0",
+  shadow_row: "shadow_row0",
+  shadow_offset: "shadow_offset",
+};
+
+/** The numbers of a light; arrays that are not given are 0. */
+function setLight({ floats, layout, lightAt }: FrameValues, x: Tensors): void {
+  floats.fill(0, lightAt, layout.lit);
+  for (const [name, first] of Object.entries(OF_LIGHT)) {
+    if (x[name] !== undefined) floats.set(x[name] as Float32Array, layout.first[first] as number);
+  }
+}
 
 function writeMesh(runner: StageRunner, vertices: Numbers): void {
   const count = vertices.length / 3;

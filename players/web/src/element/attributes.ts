@@ -1,7 +1,7 @@
 // The attributes of the element, and the properties that are the same.
 
 /** Attributes by the name of their property. */
-const TEXTS = { src: "src", poster: "poster", clip: "clip", idle: "idle", look: "look", level: "level", alt: "alt", backend: "backend" };
+const TEXTS = { src: "src", poster: "poster", clip: "clip", idle: "idle", look: "look", level: "level", light: "light", alt: "alt", backend: "backend" };
 const SWITCHES = { autoplay: "autoplay", cameraControls: "camera-controls" };
 
 export const PROPERTIES: readonly string[] = [...Object.keys(TEXTS), ...Object.keys(SWITCHES)];

@@ -1,6 +1,7 @@
 // The element: attributes and methods in, pictures and events out.
 import type { Avatar } from "../avatar.js";
 import { AvatarError } from "../errors.js";
+import type { Light } from "../light/light.js";
 import { load } from "../load.js";
 import type { Pose } from "../pose/pose.js";
 import { Stage } from "../stage/stage.js";
@@ -33,6 +34,8 @@ export class GaussianAvatarElement extends Base {
   declare look: string | null;
   /** The level of detail, 0 the finest; without it, what the size on the screen asks for. */
   declare level: string | null;
+  /** The light of the scene: "studio", "left", "rim", JSON, or the address of a file of it; without it, as trained. */
+  declare light: string | null;
   /** What a screen reader says. */
   declare alt: string | null;
   /** "webgpu" or "webgl2"; without it, what the browser has. */
@@ -120,6 +123,7 @@ export class GaussianAvatarElement extends Base {
     if (name === "src") void this.load();
     else if (name === "poster" && (this.parts.hasPoster || this.avatar === null)) this.parts.setPoster(value);
     else if (name === "backend") this.restart();
+    else if (name === "light") void this.asked().then((light) => value === this.light && this.shine(light));
     else if ((name === "clip" && this.playing) || (name === "autoplay" && !this.playing)) this.autoPlay();
     this.dress();
   }
@@ -209,8 +213,8 @@ export class GaussianAvatarElement extends Base {
         throw error;
       });
       const onProgress = (loaded: number, total: number | null): void => this.progressed(loaded, total);
-      const [avatar] = await Promise.all([load(src, { signal, onProgress }), this.started]);
-      if (!signal.aborted) this.show(stage, avatar);
+      const [avatar, light] = await Promise.all([load(src, { signal, onProgress }), this.asked(), this.started]);
+      if (!signal.aborted) this.show(stage, avatar, light);
     } catch (error) {
       if (!signal.aborted) this.fail(error);
       controller.abort(); // a download that nobody waits for
@@ -224,7 +228,7 @@ export class GaussianAvatarElement extends Base {
     this.dispatchEvent(new ProgressEvent("progress", { lengthComputable: known, loaded, total: total ?? 0 }));
   }
 
-  private show(stage: Stage, avatar: Avatar): void {
+  private show(stage: Stage, avatar: Avatar, light: Light | null): void {
     const first = stage.avatar === null;
     stage.show(avatar);
     stage.orbit.setFraming(avatar.framing, false);
@@ -232,7 +236,27 @@ export class GaussianAvatarElement extends Base {
     this.awaited = true;
     if (first && this.poster === null) this.parts.setPoster(avatar.preview);
     this.dress();
+    this.shine(light);
     this.autoPlay();
+  }
+
+  /** The light that the attribute says. Where it cannot be had, the avatar is shown as trained. */
+  private async asked(): Promise<Light | null> {
+    const { light } = this;
+    try {
+      return light === null ? null : await (await import("../light/asked.js")).lightAsked(light);
+    } catch (error) {
+      this.tell(error);
+      return null;
+    }
+  }
+
+  private shine(light: Light | null): void {
+    try {
+      if (this.stage !== null && this.avatar !== null) this.stage.light = light;
+    } catch (error) {
+      this.tell(error);
+    }
   }
 
   private autoPlay(): void {

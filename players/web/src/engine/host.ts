@@ -3,6 +3,7 @@
 import type { Avatar } from "../avatar.js";
 import { AvatarError } from "../errors.js";
 import type { Instance } from "../instance.js";
+import type { SceneLights } from "./lights.js";
 
 /** Options of `AvatarScene.create`. */
 export interface AvatarSceneOptions {
@@ -12,6 +13,8 @@ export interface AvatarSceneOptions {
    * usually one frame old. On WebGPU pictures always fit.
    */
   readonly synchronous?: boolean;
+  /** The default true lets the lights of the scene fall on avatars that were packed with `--relight`. */
+  readonly lights?: boolean;
 }
 
 /** Avatars on the GPU of an engine. `Seen` is the engine's camera, or what has one. */
@@ -32,10 +35,15 @@ export class Crowd<Node extends object, Seen> {
   private readonly nodes: Node[] = [];
   private readonly instances: Instance[] = [];
 
-  /** `update` writes where a node is and whether it is shown into its instance, before each picture. */
+  /**
+   * `update` writes where a node is and whether it is shown into its instance, before each picture; `collect` the lights
+   * of the scene, where an avatar can have them. `lights`: null: all avatars are as trained.
+   */
   constructor(
     private host: AvatarHost<Seen> | null,
     private readonly update: (node: Node, instance: Instance, seen: Seen) => void,
+    private readonly lights: SceneLights | null,
+    private readonly collect: (lights: SceneLights, seen: Seen) => void,
   ) {}
 
   /** Throws AvatarError after `dispose`. */
@@ -61,7 +69,18 @@ export class Crowd<Node extends object, Seen> {
   }
 
   draw(seen: Seen): void {
-    for (let i = 0; i < this.nodes.length; i++) this.update(this.nodes[i] as Node, this.instances[i] as Instance, seen);
+    let collected = false;
+    for (let i = 0; i < this.nodes.length; i++) {
+      const instance = this.instances[i] as Instance;
+      this.update(this.nodes[i] as Node, instance, seen);
+      if (this.lights === null || instance.avatar.relight === null || !instance.visible) continue;
+      if (!collected) {
+        this.lights.begin();
+        this.collect(this.lights, seen);
+      }
+      collected = true;
+      this.lights.shineOn(instance);
+    }
     this.host?.draw(seen);
   }
 

@@ -21,12 +21,30 @@ export const TRANSMITTANCE_MIN = 0.0001;
 export const TILE = 16;
 /** Newton steps R <- (R + R^-T) / 2 of the polar factor; 1e-14 away at 30 degrees, 1e-9 at 60 */
 export const POLAR_STEPS = 3;
+/** real spherical harmonics, band 0 */
+export const SH_C0: readonly number[] = [0.28209479177387814];
+/** band 1 with its signs, factors of y, z, x */
+export const SH_C1: readonly number[] = [-0.4886025119029199, 0.4886025119029199, -0.4886025119029199];
+/** band 2, factors of xy, yz, 2zz-xx-yy, xz, xx-yy */
+export const SH_C2: readonly number[] = [1.0925484305920792, -1.0925484305920792, 0.31539156525252005, -1.0925484305920792, 0.5462742152960396];
+/** band 3, factors of y(3xx-yy), xyz, y(4zz-xx-yy), z(2zz-3xx-3yy), x(4zz-xx-yy), z(xx-yy), x(xx-3yy) */
+export const SH_C3: readonly number[] = [-0.5900435899266435, 2.890611442640554, -0.4570457994644658, 0.3731763325901154, -0.4570457994644658, 1.445305721320277, -0.5900435899266435];
 /** least length, an area in training units squared, by which a summed vertex normal is divided */
 export const NORMAL_FLOOR = 1e-06;
 /** least length, an area in training units squared, by which a summed vertex quaternion is divided */
 export const QUATERNION_FLOOR = 1e-06;
 /** training units squared, added to both areas of the ratio that scales a Gaussian; it dominates on meshes in metres */
 export const AREA_DAMPING = 0.0001;
+/** the light of the capture is taken to be at least this, so that what was dark in it does not turn to noise */
+export const LIGHT_FLOOR = 0.05;
+/** bundle units; a point light is taken to be at least this far away */
+export const LIGHT_NEAREST = 0.01;
+/** texels along an edge of a shadow map */
+export const SHADOW_SIZE = 256;
+/** a Gaussian casts a shadow where its alpha, seen from the light, is at least this */
+export const SHADOW_ALPHA = 0.3;
+/** texels squared, added to both variances of a Gaussian in a shadow map, so that none is thinner than a texel */
+export const SHADOW_LOW_PASS = 0.25;
 /** threads of a group */
 export const THREADS = 64;
 /** values of a digit */

@@ -2,6 +2,7 @@
 
 import type { Avatar, Driving, Skeleton } from "../avatar.js";
 import { AvatarError } from "../errors.js";
+import { loadLight } from "../light/lazy.js";
 import type { Interfaces } from "./access.js";
 import { checkProgram } from "./check.js";
 import { readClips, type Sizes } from "./clips.js";
@@ -29,13 +30,15 @@ export async function readPack(file: Uint8Array, interfaces: Interfaces): Promis
   const groups = document.levels.map(facts.readGroups);
   checkBindings(groups);
   checkProgram(program, (groups[0] as facts.Groups).length, interfaces, file.length);
+  checkRelight(program, document.avatar);
+  if (document.avatar.relight !== undefined) await loadLight();
   return readAvatar(document, tensors.arrays(document.arrays), program, groups[0] as facts.Groups, file.length);
 }
 
 function readProgram(said: Document["program"], buffers: ReadonlyMap<string, Buffer>): Program {
   const { mesh, levels, pose, pose_floats: poseFloats, reads_mesh: readsMesh } = said;
-  const read = ({ prefix, chunks, deform, view }: (typeof levels)[number]): Program["levels"][number] => {
-    return { prefix, chunks: chunks.map(([first, count]) => ({ first, count })), deform, view };
+  const read = ({ prefix, chunks, deform, view, shadow = [], light = [] }: (typeof levels)[number]): Program["levels"][number] => {
+    return { prefix, chunks: chunks.map(([first, count]) => ({ first, count })), deform, view, shadow, light };
   };
   return { buffers, mesh, levels: levels.map(read), pose, poseFloats, readsMesh };
 }
@@ -80,6 +83,7 @@ function readAvatar(
     bounds: facts.readBounds(said, handedness === "left"),
     background: facts.readBackground(said),
     preview: preview instanceof Uint8Array ? preview : null,
+    relight: facts.readRelight(said, skeleton),
     triangles: skeleton && !program.readsMesh ? readTriangles(arrays, vertices) : null,
     bytes,
     program,
@@ -105,6 +109,12 @@ function checkLevels(program: Program, levels: Document["levels"]): void {
     const rows = program.levels[index]?.chunks.reduce((sum, run) => sum + run.count, 0);
     if (rows !== count) throw new AvatarError(`is ${count}; its chunks have ${rows} rows`, { field: `$.levels[${index}].count` });
   });
+}
+
+/** Every level has passes of stage light where the manifest says in what light the avatar was captured, and nowhere else. */
+function checkRelight(program: Program, { relight }: Document["avatar"]): void {
+  if (program.levels.every(({ light }) => light.length > 0 === (relight !== undefined))) return;
+  throw new AvatarError("goes with passes of stage light, and they with it", { field: "$.avatar.relight" });
 }
 
 /** Every level has all groups of the finest, since group transforms are shared. */

@@ -7,7 +7,7 @@ import { AvatarError } from "../errors.js";
 import { Access, type Held, type Interfaces, isU32, type PoseSection } from "./access.js";
 import { checkChunks, chunkOf, levelNames } from "./chunks.js";
 import { WORD, wordsOf } from "./content.js";
-import { type Buffer, FRAME_SOURCES, type Level, type Pass, type Program } from "./model.js";
+import { bindMesh, type Buffer, FRAME_SOURCES, type Level, type Pass, type Program } from "./model.js";
 import { Packed } from "./packed.js";
 
 const MOST_BYTES = 2 ** 31 - 1; // of one buffer: sizes in OpenGL's interface are signed
@@ -20,12 +20,14 @@ const JOINT_FLOATS = 12;
 const POSE_SECTIONS = ["weights", "features", "late", "joints"] as const;
 const HOST_BUFFERS = ["Pose", "Mesh"]; // players write them, so they are bound by these names
 const CHUNK_BUFFERS = ["Splats", "Sh", "Projected"] as const;
-const STAGES = { mesh: ["morph", "skin"], deform: ["blend", "bind", "activate"], view: ["project"] } as const;
+const STAGES = { mesh: ["morph", "skin"], deform: ["blend", "bind", "activate"], view: ["project"], shadow: ["shadow"], light: ["light"] } as const;
 const SOURCES = {
   // list of passes -> beginnings of names of the frame that it may ask for
   mesh: [] as string[],
   deform: ["world_", "group_"],
   view: ["camera_", "clip_", "eye", "tan_half_fov", "image_size"],
+  shadow: ["shadow_row", "world_row"],
+  light: ["light_", "shadow_"],
 };
 const TABLE = "group_"; // names that begin so have a row a group
 const SOURCE = /^([a-z0-9_]+)(?:\[([0-9]{1,9})\])?$/;
@@ -130,17 +132,23 @@ class Checker {
     const known = new Set(written);
     let work = workBefore + this.checkList(`${place}, deform`, "deform", level.deform, known, level);
     work += this.checkList(`${place}, view`, "view", level.view, known, level);
+    if (level.light.length > 0) {
+      work += this.checkList(`${place}, shadow`, "shadow", level.shadow, known, level);
+      work += this.checkList(`${place}, light`, "light", level.light, known, level);
+    } else if (level.shadow.length > 0) {
+      throw new AvatarError("casts shadows that no pass reads", { field: `${place}, shadow` });
+    }
     if (work > this.mostWork) {
       throw new AvatarError(`has ${work} rows and entries a frame; ${this.mostWork} are the most`, { field: place });
     }
-    const drawn = byBuffer(level.view, "Projected");
-    for (const name of levelNames(level, "Projected")) {
-      const times = drawn.get(name)?.length ?? 0;
-      if (times !== 1) {
-        throw new AvatarError(`${times} passes write ${name}; one is needed`, { field: `${place}, view` });
+    for (const which of ["view", "light"] as const) {
+      const drawn = byBuffer(level[which], "Projected");
+      for (const name of level[which].length > 0 ? levelNames(level, "Projected") : []) {
+        const times = drawn.get(name)?.length ?? 0;
+        if (times !== 1) throw new AvatarError(`${times} passes write ${name}; one is needed`, { field: `${place}, ${which}` });
       }
     }
-    if (this.program.readsMesh !== level.deform.some((one) => "Mesh" in one.buffers)) {
+    if (this.program.readsMesh !== bindMesh(level.deform)) {
       throw new AvatarError(`is ${this.program.readsMesh}; the passes of ${place} differ`, { field: "reads_mesh" });
     }
     this.checkPlaced(place, level);

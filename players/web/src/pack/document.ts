@@ -64,6 +64,15 @@ export interface Framed {
   readonly size: Vector;
 }
 
+/** The light in which the avatar was captured. */
+export interface RelightText {
+  readonly frame: "head" | "world";
+  readonly joint?: string | null;
+  readonly ambient: readonly Vector[];
+  readonly centre: Vector;
+  readonly radius: number;
+}
+
 /** The manifest of the avatar. */
 export interface AvatarText {
   readonly name: string;
@@ -82,6 +91,7 @@ export interface AvatarText {
     readonly right_eye_joint?: string | null;
   };
   readonly background: Vector | string;
+  readonly relight?: RelightText;
   readonly bounds: { readonly rest: Box; readonly swept: Box };
   readonly provenance: { readonly licence?: unknown; readonly consent?: unknown };
 }
@@ -107,6 +117,8 @@ export interface Document {
       readonly chunks: readonly (readonly [first: number, count: number])[];
       readonly deform: readonly Pass[];
       readonly view: readonly Pass[];
+      readonly shadow?: readonly Pass[];
+      readonly light?: readonly Pass[];
     }[];
   };
   readonly arrays: Readonly<Record<string, ArrayText>>;

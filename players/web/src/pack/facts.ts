@@ -1,7 +1,8 @@
 // What a document says of an avatar without arrays: names, rules, driving, levels, framing.
 
-import type { Driving, Expression, Framing, Group, LevelInfo } from "../avatar.js";
+import type { Driving, Expression, Framing, Group, LevelInfo, Relight, Skeleton } from "../avatar.js";
 import { AvatarError } from "../errors.js";
+import { checkJoint } from "./rig.js";
 import type { AvatarText, Box, Difference, Document, Framed, Linear, Vector } from "./document.js";
 
 export type Groups = readonly Group[];
@@ -106,6 +107,13 @@ function around({ min, max }: Box): Framed {
     pick(min[2], max[2]),
   ];
   return { target: of((low, high) => (low + high) / 2), size: of((low, high) => (high - low) * MARGIN) };
+}
+
+/** The light of the capture; null where no light of a scene can replace it. */
+export function readRelight({ relight }: AvatarText, skeleton: Skeleton | null): Relight | null {
+  if (relight === undefined) return null;
+  checkJoint(relight.joint ?? null, skeleton, "$.avatar.relight.joint");
+  return { ...relight, joint: relight.frame === "head" ? (relight.joint ?? null) : null };
 }
 
 /** The background of training; null if it was not one colour. */

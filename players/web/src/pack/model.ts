@@ -39,6 +39,8 @@ export interface Level {
   readonly chunks: readonly Run[];
   readonly deform: readonly Pass[]; // once a pose
   readonly view: readonly Pass[]; // once a camera
+  readonly shadow: readonly Pass[]; // once a pose and light, where one casts shadows; none if nothing can light it
+  readonly light: readonly Pass[]; // once a camera, after `view`, where the scene has a light
 }
 
 /** First floats of the sections of buffer Pose. */
@@ -81,4 +83,21 @@ export const FRAME_SOURCES: Readonly<Record<string, number>> = {
   eye: 4,
   tan_half_fov: 2,
   image_size: 2, // pixels
+  // A light of the scene, as `Lighting.write` has it.
+  ...rows("light_ambient", 9),
+  ...rows("light_place", 4),
+  ...rows("light_colour", 4),
+  ...rows("light_turn_row", 3),
+  ...rows("shadow_row", 4),
+  shadow_offset: 4,
 };
+
+/** `count` values of four floats: NAME0, NAME1. */
+function rows(name: string, count: number): Record<string, number> {
+  return Object.fromEntries(Array.from({ length: count }, (_, row) => [name + row, 4]));
+}
+
+/** Whether passes read the posed mesh. */
+export function bindMesh(passes: readonly Pass[]): boolean {
+  return passes.some((one) => "Mesh" in one.buffers);
+}

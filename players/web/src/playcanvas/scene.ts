@@ -4,10 +4,12 @@ import { Entity, EventHandler, LAYERID_WORLD, type AppBase, type CameraComponent
 import type { Avatar } from "../avatar.js";
 import type { Camera as Seen } from "../camera.js";
 import { Crowd, type AvatarHost, type AvatarSceneOptions as SharedOptions } from "../engine/host.js";
+import { SceneLights } from "../engine/lights.js";
 import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
 import { hostOf } from "./host.js";
+import { collect, FALLOFF } from "./lights.js";
 
 /** Options of `AvatarScene.create`. */
 export interface AvatarSceneOptions extends SharedOptions {
@@ -79,12 +81,14 @@ export class AvatarScene extends EventHandler {
     readonly app: AppBase,
     host: AvatarHost<CameraComponent>,
     drawnAfter: number,
+    lights: boolean,
   ) {
     super();
-    this.crowd = new Crowd(host, (head, instance) => {
+    const place = (head: AvatarNode, instance: Instance): void => {
       instance.visible = head.enabled && head.isDescendantOf(app.root);
       setPlace(instance.place, head.getWorldTransform().data, false);
-    });
+    };
+    this.crowd = new Crowd(host, place, lights ? new SceneLights(FALLOFF) : null, (into) => collect(into, app, drawnAfter));
     this.handles = [
       app.scene.on("postrender:layer", (camera: CameraComponent, layer: Layer, transparent: boolean) => {
         if (transparent && layer.id === drawnAfter) this.crowd.draw(camera);
@@ -98,7 +102,7 @@ export class AvatarScene extends EventHandler {
     let made: AvatarScene | null = null;
     const layer = options.layer ?? LAYERID_WORLD;
     const host = await hostOf(app, layer, options.synchronous ?? false, () => made?.fire("change"));
-    return (made = new AvatarScene(app, host, layer));
+    return (made = new AvatarScene(app, host, layer, options.lights ?? true));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */

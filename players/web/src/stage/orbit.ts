@@ -46,6 +46,8 @@ export class Orbit {
   /** Of the image, pixels. */
   width = 1;
   height = 1;
+  /** Takes the drags that turn the view otherwise, in radians to the right and downwards. */
+  dragged: ((x: number, y: number) => void) | null = null;
   /** Called where the camera moved by hand. */
   moved: () => void = () => undefined;
 
@@ -245,6 +247,10 @@ export class Orbit {
       this.pan(x, y, canvas.clientHeight);
     } else {
       const radians = TURN / Math.max(200, Math.min(canvas.clientWidth, canvas.clientHeight)) / 2;
+      if (this.dragged !== null) {
+        this.dragged(x * radians, y * radians);
+        return;
+      }
       const past = Math.max(1, event.timeStamp - this.lastMove);
       const tilt = this.controls === "page" && event.pointerType === "touch" ? 0 : y * radians; // that moves the page
       this.yawSpeed = (-x * radians) / past;

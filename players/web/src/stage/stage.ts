@@ -3,6 +3,7 @@ import type { Avatar } from "../avatar.js";
 import { Camera } from "../camera.js";
 import { AvatarError } from "../errors.js";
 import type { Instance } from "../instance.js";
+import type { Light } from "../light/light.js";
 import { Player } from "../player.js";
 import type { Background } from "../renderer.js";
 import { Orbit, type Controls } from "./orbit.js";
@@ -71,6 +72,7 @@ export class Stage {
   private readonly still: HTMLCanvasElement; // the last good frame, shown when the device is gone
   private stillAt = 0;
   private colour: Background = null;
+  private lit: Light | null = null;
   private pending = false;
   private settling = false;
   private readonly stillContext: CanvasRenderingContext2D | null;
@@ -130,6 +132,7 @@ export class Stage {
   show(avatar: Avatar): Instance {
     if (this.player === null) throw new AvatarError("nothing can be drawn until the graphics device is restarted");
     const next = this.player.add(avatar, { level: avatar.levels.length - 1 }); // until a frame knows what the size asks for
+    if (avatar.relight !== null) next.light = this.lit;
     this.instance?.dispose(); // only now: the old one stays where the new one cannot be added
     this.instance = next;
     this.avatar = avatar;
@@ -147,6 +150,13 @@ export class Stage {
 
   get background(): Background {
     return this.colour;
+  }
+
+  /** The light of the scene, which later avatars have too, where they can; null: as trained. Throws as `Instance.light`. */
+  set light(light: Light | null) {
+    if (this.instance !== null) this.instance.light = light;
+    this.lit = light;
+    this.ask();
   }
 
   /** The canvas that is drawn on now. */

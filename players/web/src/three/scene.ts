@@ -5,10 +5,12 @@ import type { WebGPURenderer } from "three/webgpu";
 import type { Avatar } from "../avatar.js";
 import type { Camera as Seen } from "../camera.js";
 import { Crowd, type AvatarHost, type AvatarSceneOptions } from "../engine/host.js";
+import { SceneLights } from "../engine/lights.js";
 import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
 import { hostOf } from "./host.js";
+import { collector, FALLOFF } from "./lights.js";
 
 const LAST = 1e6; // render order: after the transparent meshes
 
@@ -91,14 +93,18 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial, AvatarS
   private readonly crowd: Crowd<AvatarObject, Camera>;
   private rendered: Object3D | null = null; // the scene of the picture in hand
 
-  private constructor(host: AvatarHost<Camera>) {
+  private constructor(host: AvatarHost<Camera>, lights: boolean) {
     super(nothing(), new MeshBasicMaterial({ transparent: true, colorWrite: false, depthWrite: false, depthTest: false }));
     this.name = "avatars";
     this.frustumCulled = false;
     this.renderOrder = LAST;
-    this.crowd = new Crowd(host, (head, instance, camera) => {
+    const place = (head: AvatarObject, instance: Instance, camera: Camera): void => {
       instance.visible = head.layers.test(camera.layers) && isShown(head, this.rendered);
       setPlace(instance.place, head.matrixWorld.elements, false);
+    };
+    const collect = collector();
+    this.crowd = new Crowd(host, place, lights ? new SceneLights(FALLOFF) : null, (into, camera) => {
+      if (this.rendered !== null) collect(into, this.rendered, camera);
     });
     this.onAfterRender = (_, scene, camera) => {
       this.rendered = scene;
@@ -110,7 +116,7 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial, AvatarS
   static async create(renderer: WebGLRenderer | WebGPURenderer, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
     const host = await hostOf(renderer, options.synchronous ?? false, () => made?.dispatchEvent({ type: "change" }));
-    return (made = new AvatarScene(host));
+    return (made = new AvatarScene(host, options.lights ?? true));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */

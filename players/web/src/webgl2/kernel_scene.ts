@@ -1,9 +1,10 @@
 // Stages morph to sort in WebAssembly, for all avatars of a scene. It runs in a worker, and in Node for tests.
 
 import type { Avatar } from "../avatar.js";
+import { Due } from "../due.js";
 import { FrameLayout } from "../frame.js";
 import { contentOf } from "../pack/content.js";
-import type { Buffer, Level, Pass, Run } from "../pack/model.js";
+import { bindMesh, type Buffer, type Level, type Pass } from "../pack/model.js";
 import { Heap } from "./memory.js";
 import { KernelPasses, type Kernels, type Placed } from "./kernel_passes.js";
 import { SplatSort } from "./splat_sort.js";
@@ -12,31 +13,30 @@ import { copied } from "../uniforms.js";
 const WORD = 4, PAIR = 8, QUAD = 48; // bytes: of a word, of (key, id), of a drawn instance
 
 /** What the kernels need of an avatar at one level. It crosses into the worker once. */
-export interface KernelProgram {
+export interface KernelProgram extends Level {
   readonly owner: string; // the avatar's name
   readonly buffers: readonly { readonly name: string; readonly bytes: number; readonly words: Uint32Array | null }[];
   readonly mesh: readonly Pass[]; // none if nothing reads the mesh
-  readonly deform: readonly Pass[];
-  readonly view: readonly Pass[];
-  readonly chunks: readonly Run[];
-  readonly prefix: string;
   readonly groups: number;
   readonly poseFloats: number;
 }
 
-/** The buffers that the passes of a level bind, with their content. `mesh`: with stages morph and skin. */
-export function kernelProgram(avatar: Avatar, level: Level, mesh: boolean): KernelProgram {
+/**
+ * The buffers that the passes of a level bind, with their content. `lit`: with stages shadow and light. `mesh`: with
+ * stages morph and skin in any case.
+ */
+export function kernelProgram(avatar: Avatar, level: Level, lit: boolean, mesh = false): KernelProgram {
   const { program } = avatar;
-  const morphed = mesh ? program.mesh : [];
-  const names = new Set([...morphed, ...level.deform, ...level.view].flatMap((one) => Object.values(one.buffers)));
+  const shadow = lit ? level.shadow : [], light = lit ? level.light : [];
+  const morphed = mesh || program.readsMesh || bindMesh(shadow) ? program.mesh : [];
+  const names = new Set([...morphed, ...level.deform, ...level.view, ...shadow, ...light].flatMap((one) => Object.values(one.buffers)));
   return {
+    ...level,
+    shadow,
+    light,
     owner: avatar.name,
     buffers: [...names].map((name) => described(program.buffers.get(name) as Buffer)),
     mesh: morphed,
-    deform: level.deform,
-    view: level.view,
-    chunks: level.chunks,
-    prefix: level.prefix,
     groups: avatar.groups.length,
     poseFloats: program.poseFloats,
   };
@@ -53,12 +53,12 @@ export class KernelAvatar {
   readonly mesh: KernelPasses;
   readonly deform: KernelPasses;
   readonly view: KernelPasses;
+  readonly shadow: KernelPasses;
+  readonly light: KernelPasses;
   readonly values: { readonly floats: Float32Array };
   private readonly at = new Map<string, number>();
-  private ran = false; // all passes have run
-  private posed = true; // the pose has changed since `run`: mesh and deform are to be run
-  private deformed = true; // constants of deform have
-  private viewed = true; // constants of view have
+  private ran = false; // deform and view have run
+  private readonly due: Due;
 
   constructor(
     private readonly heap: Heap,
@@ -76,11 +76,14 @@ export class KernelAvatar {
     this.mesh = list(program.mesh);
     this.deform = list(program.deform);
     this.view = list(program.view);
+    this.shadow = list(program.shadow);
+    this.light = list(program.light);
+    this.due = new Due(program, this.layout);
     this.values = { floats: new Float32Array(this.layout.size) };
   }
 
   get lists(): readonly KernelPasses[] {
-    return [this.mesh, this.deform, this.view];
+    return [this.mesh, this.deform, this.shadow, this.view, this.light];
   }
 
   /** Floats that this avatar takes of the inputs of a frame. */
@@ -93,23 +96,28 @@ export class KernelAvatar {
     const pose = this.at.get("Pose");
     const { poseFloats } = this.program;
     const floats = this.heap.f32;
-    if (pose !== undefined) this.posed = copied(inputs, first, floats, pose / WORD, poseFloats) || this.posed;
-    copied(inputs, first + poseFloats, this.values.floats, 0, this.values.floats.length);
+    const { due, values } = this;
+    if (pose !== undefined) due.posed = copied(inputs, first, floats, pose / WORD, poseFloats) || due.posed;
+    copied(inputs, first + poseFloats, values.floats, 0, values.floats.length);
     if (this.ran && this.deform.uniforms.keepLasting()) this.deform.write();
-    this.deformed = took(this.deform, this.values) || this.deformed;
-    this.viewed = took(this.view, this.values) || this.viewed;
+    due.deformed = took(this.deform, values) || due.deformed;
+    due.viewed = took(this.view, values) || due.viewed;
+    if (values.floats[this.layout.lit] === 0) return;
+    due.shaded = took(this.shadow, values) || due.shaded;
+    due.viewed = took(this.light, values) || due.viewed;
   }
 
   /** Runs the passes whose inputs have changed since the last run; returns whether there were any. */
   run(): boolean {
-    const deform = this.posed || this.deformed;
-    const view = deform || this.viewed;
-    if (this.posed) this.mesh.run();
-    if (deform) this.deform.run();
-    if (view) this.view.run();
-    this.posed = this.deformed = this.viewed = false;
+    const { due } = this;
+    due.decide(this.values.floats);
+    if (due.mesh) this.mesh.run();
+    if (due.deform) this.deform.run();
+    if (due.shadow) this.shadow.run();
+    if (due.view) this.view.run();
+    if (due.light) this.light.run();
     this.ran = true;
-    return view;
+    return due.view;
   }
 
   /** The address of a buffer of the program. */
@@ -118,7 +126,7 @@ export class KernelAvatar {
   }
 
   dispose(): void {
-    for (const passes of [this.mesh, this.deform, this.view]) passes.dispose();
+    for (const passes of this.lists) passes.dispose();
     for (const at of this.at.values()) this.heap.release(at);
   }
 

@@ -36,7 +36,7 @@ export class QuadSource implements InstanceHost {
   onQuads: () => void = () => undefined;
   private lose: (reason: string) => void = () => undefined;
   private readonly ids = new Map<Instance, number>();
-  private readonly levels = new Map<Instance, number>(); // that the kernels have
+  private readonly sent = new Map<Instance, { readonly level: number; readonly lit: boolean }>(); // what the kernels have
   private nextId = 1;
   private chosen = false; // the kernels know what is drawn
   private drawn: Instance[] = [];
@@ -76,7 +76,7 @@ export class QuadSource implements InstanceHost {
     const id = this.ids.get(instance);
     if (id === undefined) return;
     this.ids.delete(instance);
-    this.levels.delete(instance);
+    this.sent.delete(instance);
     this.chosen = false;
     this.port.postMessage({ kind: "remove", id });
   }
@@ -117,12 +117,13 @@ export class QuadSource implements InstanceHost {
 
   private send(instance: Instance): void {
     this.chosen = false;
-    if (this.levels.get(instance) === instance.level) return;
+    const sent = this.sent.get(instance);
+    const { avatar, level, canBeLit: lit } = instance;
+    if (sent?.level === level && sent.lit === lit) return;
     this.checkSplats(instance);
-    const { avatar } = instance;
-    const program = kernelProgram(avatar, instance.program, avatar.program.readsMesh);
+    const program = kernelProgram(avatar, instance.program, lit);
     this.port.postMessage({ kind: "add", id: this.ids.get(instance) as number, program });
-    this.levels.set(instance, instance.level);
+    this.sent.set(instance, { level, lit });
   }
 
   private checkSplats(added: Instance): void {

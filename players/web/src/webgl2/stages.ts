@@ -31,7 +31,7 @@ export class WebGl2Stages implements StageRunner {
     this.instance = new Instance(avatar, NO_HOST, 0);
     this.level = this.instance.program;
     this.scene = new KernelScene(new WebAssembly.Instance(kernels));
-    this.kernels = this.scene.add(ID, kernelProgram(avatar, this.level, true));
+    this.kernels = this.scene.add(ID, kernelProgram(avatar, this.level, avatar.relight !== null, true));
     this.scene.choose([ID]);
   }
 

@@ -1,5 +1,6 @@
 // Pipelines of the generated kernels, made once a device.
 
+import { LIGHT } from "../light/lazy.js";
 import { INTERFACES } from "../made/reflection.js";
 import { WGSL } from "../made/wgsl.js";
 
@@ -40,7 +41,7 @@ export class Pipelines {
 
   /** The module of any entry. */
   module(entry: string): GPUShaderModule {
-    return this.device.createShaderModule({ label: entry, code: WGSL[entry] as string });
+    return this.device.createShaderModule({ label: entry, code: (WGSL[entry] ?? LIGHT.part?.LIGHT_WGSL[entry]) as string });
   }
 
   /** The layout of a uniform block that a vertex or fragment entry reads, and of a texture. */

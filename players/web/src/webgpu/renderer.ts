@@ -64,7 +64,7 @@ export class WebGpuRenderer implements Renderer {
     const resident = this.residents.get(instance);
     const shared = this.shared.get(instance.avatar);
     if (resident === undefined || shared === undefined) return;
-    if (resident.instance.program !== resident.level) {
+    if (instance.program !== resident.level || instance.canBeLit !== resident.lit) {
       this.residents.set(instance, new Resident(this.pipelines, shared, instance));
       resident.dispose();
     }

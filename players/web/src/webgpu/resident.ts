@@ -4,6 +4,7 @@ import type { Avatar } from "../avatar.js";
 import type { Instance } from "../instance.js";
 import { contentOf } from "../pack/content.js";
 import type { Buffer, Level, Pass } from "../pack/model.js";
+import { Due } from "../due.js";
 import { copied } from "../uniforms.js";
 import { checkBufferSize } from "./device.js";
 import { PassList, groupsOf, type Bound } from "./passes.js";
@@ -44,13 +45,14 @@ export class Resident {
   readonly mesh: PassList; // stages morph and skin
   readonly deform: PassList;
   readonly view: PassList;
+  readonly shadow: PassList; // empty where it cannot be lit
+  readonly light: PassList;
+  readonly lit: boolean; // stages shadow and light are there
   readonly projected: readonly GPUBuffer[]; // by chunk
   private readonly own = new Map<string, GPUBuffer>();
   private readonly lastPose: Float32Array<ArrayBuffer>; // what buffer Pose holds
-  private ran = false; // all passes have been encoded
-  private posed = true; // the pose has changed since `encode`: mesh and deform are to be run
-  private deformed = true; // constants of deform have
-  private viewed = true; // constants of view have
+  private ran = false; // deform and view have been encoded
+  private readonly due: Due;
 
   /** Throws AvatarError where a buffer exceeds a limit of the GPU. */
   constructor(
@@ -62,11 +64,16 @@ export class Resident {
     const level = instance.program;
     this.level = level;
     this.lastPose = new Float32Array(program.poseFloats); // zeros, as a new buffer
+    this.lit = instance.canBeLit;
     const { layout } = instance.values;
+    this.due = new Due(level, layout);
+    const list = (passes: readonly Pass[]): PassList => new PassList(pipelines, this.bound(passes), layout);
     try {
-      this.mesh = new PassList(pipelines, this.bound(program.mesh), layout);
-      this.deform = new PassList(pipelines, this.bound(level.deform), layout);
-      this.view = new PassList(pipelines, this.bound(level.view), layout);
+      this.mesh = list(program.mesh);
+      this.deform = list(level.deform);
+      this.view = list(level.view);
+      this.shadow = list(this.lit ? level.shadow : []);
+      this.light = list(this.lit ? level.light : []);
       this.projected = level.chunks.map((_, i) => this.buffer(`${level.prefix}Projected.${i}`));
     } catch (error) {
       this.dispose();
@@ -75,32 +82,37 @@ export class Resident {
   }
 
   get lists(): readonly PassList[] {
-    return [this.mesh, this.deform, this.view];
+    return [this.mesh, this.deform, this.shadow, this.view, this.light];
   }
 
   /** Uploads what has changed of the pose and of the values of the frame. */
   write(): void {
+    const { due } = this;
     const { poseFloats, values } = this.instance;
     const pose = this.own.get("Pose");
     if (pose !== undefined && copied(poseFloats, 0, this.lastPose, 0, poseFloats.length)) {
       this.pipelines.device.queue.writeBuffer(pose, 0, this.lastPose);
-      this.posed = true;
+      due.posed = true;
     }
     if (this.ran) this.deform.keepLasting();
-    this.deformed = this.deform.set(values) || this.deformed;
-    this.viewed = this.view.set(values) || this.viewed;
+    due.deformed = this.deform.set(values) || due.deformed;
+    due.viewed = this.view.set(values) || due.viewed;
+    if (values.floats[values.layout.lit] === 0) return;
+    due.shaded = this.shadow.set(values) || due.shaded;
+    due.viewed = this.light.set(values) || due.viewed;
   }
 
   /** Encodes the passes whose inputs have changed since the last call; returns whether there were any. */
   encode(pass: GPUComputePassEncoder): boolean {
-    const deform = this.posed || this.deformed;
-    const view = deform || this.viewed;
-    if (this.posed && this.instance.avatar.program.readsMesh) this.mesh.encode(pass);
-    if (deform) this.deform.encode(pass);
-    if (view) this.view.encode(pass);
-    this.posed = this.deformed = this.viewed = false;
+    const { due } = this;
+    due.decide(this.instance.values.floats);
+    if (due.mesh) this.mesh.encode(pass);
+    if (due.deform) this.deform.encode(pass);
+    if (due.shadow) this.shadow.encode(pass);
+    if (due.view) this.view.encode(pass);
+    if (due.light) this.light.encode(pass);
     this.ran = true;
-    return view;
+    return due.view;
   }
 
   /** A buffer of the program by its name: for conformance. */

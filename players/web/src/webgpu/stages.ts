@@ -32,6 +32,7 @@ export class WebGpuStages implements StageRunner {
   ) {
     const device = (this.device = pipelines.device);
     this.instance = new Instance(avatar, NO_HOST, 0);
+    if (avatar.relight !== null) this.instance.lit();
     this.level = this.instance.program;
     this.shared = new StaticBuffers(device, avatar);
     this.resident = new Resident(pipelines, this.shared, this.instance);

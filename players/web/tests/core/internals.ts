@@ -6,3 +6,7 @@ export { contentOf } from "../../src/pack/content.js";
 export { SHADERS } from "../../src/pack/versions.js";
 export { quatFromMatrix, setRotation } from "../../src/pose/affine.js";
 export { Anchors } from "../../src/pose/anchors.js";
+export { kernelModule } from "../../src/webgl2/kernel_module.js";
+export { LocalPort } from "../../src/webgl2/local_port.js";
+export { QuadSource } from "../../src/webgl2/quad_source.js";
+export { KernelScene, kernelProgram } from "../../src/webgl2/kernel_scene.js";

@@ -6,6 +6,7 @@ import { core, json } from "./harness.mjs";
 
 const { sections, buffers, passes, programs } = json("programs.json");
 const ELEMENTS = { 8: Uint8Array, 16: Uint16Array, 32: Uint32Array };
+const LISTS = ["deform", "view", "shadow", "light"];
 const NOT_FINITE = { NaN: NaN, Infinity: Infinity };
 
 const SECTIONS = sections.map(([name, bits, base64]) => {
@@ -24,7 +25,7 @@ function programOf(said) {
     ...said,
     buffers: new Map(said.buffers.map(([name, i]) => [name, BUFFERS[i]])),
     mesh: said.mesh.map((i) => passes[i]),
-    levels: said.levels.map((level) => ({ ...level, deform: level.deform.map((i) => passes[i]), view: level.view.map((i) => passes[i]) })),
+    levels: said.levels.map((level) => ({ ...level, ...Object.fromEntries(LISTS.map((list) => [list, level[list].map((i) => passes[i])])) })),
   };
 }
 

@@ -10,6 +10,7 @@ import { alive, countGpu } from "./counted.js";
 
 const camera = new Camera();
 const frame = drivingFrame();
+const light = { ambient: [0.2, 0.2, 0.2], lights: [{ direction: [0, 1, 2], colour: [1, 1, 1] }, { position: [1, 1, 1], colour: [1, 1, 1] }], shadow: true };
 let player, instance, driver, clip;
 
 async function start(backend, file) {
@@ -30,6 +31,10 @@ async function draw(ofPose, ofCamera, size) {
   for (let k = 0; k < expressionWeights.length; k++) expressionWeights[k] = 0.3 * Math.sin(0.1 * ofPose + k);
   if (jointDelta.length > 0) jointDelta[3] = 0.01 * Math.sin(0.1 * ofPose);
   const { target, size: extent } = instance.avatar.framing.whole;
+  if (instance.avatar.relight !== null) {
+    light.lights[0].direction[0] = Math.sin(ofPose);
+    player.light = light;
+  }
   camera.orbit(target, 1.5 * Math.max(extent[0], extent[1], extent[2]), 0.5 * Math.sin(ofCamera), 0, 0.8, size, size);
   player.frame(camera, null);
   await player.finished();

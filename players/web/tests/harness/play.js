@@ -11,8 +11,9 @@ import { Player } from "../../src/player.ts";
  */
 async function run(backend, shots, references) {
   const player = await Player.create(null, { backend });
-  for (const { name, avatars, camera: seen } of shots) {
+  for (const { name, avatars, camera: seen, light } of shots) {
     const instances = [];
+    player.light = light;
     for (const { file, pose, level } of avatars) {
       const instance = player.add(await load(file), { level });
       for (const [array, values] of Object.entries(pose)) instance.pose[array].set(values);

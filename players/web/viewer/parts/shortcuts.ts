@@ -2,6 +2,7 @@
 import { byId } from "./dom.js";
 import type { Clips } from "../motion/clips.js";
 import type { Key } from "./keys.js";
+import type { LightControls } from "../controls/light.js";
 import type { Look } from "../controls/look.js";
 import type { Orbit } from "../../src/stage/orbit.js";
 
@@ -12,10 +13,11 @@ export interface Shortcuts {
   readonly orbit: Orbit;
   readonly clips: Clips;
   readonly look: Look;
+  readonly light: LightControls;
 }
 
 /** The table of shortcuts. Those of buttons press the button, so that both do the same. */
-export function keysOf({ orbit, clips, look }: Shortcuts): readonly Key[] {
+export function keysOf({ orbit, clips, look, light }: Shortcuts): readonly Key[] {
   return [
     { keys: [" "], shown: "Space", text: "Play or pause", run: () => clips.toggle() },
     { keys: [",", "."], shown: ", .", text: "Frame back, forward", run: (event) => clips.stepFrames(event.key === "," ? -1 : 1) },
@@ -28,6 +30,8 @@ export function keysOf({ orbit, clips, look }: Shortcuts): readonly Key[] {
     { keys: ["r"], shown: "R", text: "Front view", run: () => orbit.frame(orbit.part) },
     press(["Backspace"], "Backspace", "Reset the pose", "reset-button"),
     { keys: ["b"], shown: "B", text: "Next background", run: () => look.next() },
+    { keys: ["t"], shown: "T", text: "Next light", run: () => light.next() },
+    press(["d"], "D", "Move the light", "light-button"),
     press(["p"], "P", "Save a picture", "photo-button"),
     press(["v"], "V", "Record a video, stop", "video-button"),
     press(["o"], "O", "Open a file", "open-button"),

@@ -21,6 +21,9 @@ from avatar_runtime.backends.cpu.deform import single_stage
 from avatar_runtime.backends.cpu.deform.bindings import Binding, EmbeddedBinding, SkinnedBinding
 from avatar_runtime.backends.cpu.draw.frame import RUN as DRAW_RUN
 from avatar_runtime.backends.cpu.draw.frame import draw
+from avatar_runtime.backends.cpu.draw.light import Lit, light
+from avatar_runtime.backends.cpu.draw.screen import Screen
+from avatar_runtime.backends.cpu.draw.shadow import shadow_map
 from avatar_runtime.backends.cpu.jit import Scalar, inlined, kernel
 from avatar_runtime.backends.cpu.lanes import (
     exponential,
@@ -40,8 +43,10 @@ from avatar_runtime.backends.cpu.rotation import (
 )
 from avatar_runtime.backends.cpu.threads import thread_count, using
 from avatar_runtime.camera import Camera
+from avatar_runtime.light import LightArrays
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.light import casting
 from avatar_runtime.stages.raster import PROFILES, Image
 
 # fmt: off
@@ -92,13 +97,32 @@ class CpuBackend:
     def frame(self, posed: Posed, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
         """All stages."""
         with self._turn:
-            self._animate(posed, self._out, clock)
-            return self.draw(self._out.splats(), camera, background, profile, clock)
+            vertices = self._animate(posed, self._out, clock)
+            splats, raster, degree = self._out.splats(), self.avatar.raster, self.avatar.sh_degree
+            lit = None if posed.light is None else self._lit(posed, posed.light, splats, vertices, clock)
+            return draw(splats, camera, raster, degree, background, profile, self.threads, clock, lit)
 
     def draw(self, splats: Splats, camera: Camera, background: F32, profile: str, clock: Clock) -> Image:
         """Stages from `project` on."""
         raster, degree = self.avatar.raster, self.avatar.sh_degree
         return draw(splats, camera, raster, degree, background, profile, self.threads, clock)
+
+    def _lit(
+        self, posed: Posed, given: LightArrays, splats: Splats, vertices: F32 | None, clock: Clock
+    ) -> Callable[[Screen], None]:
+        """Stages `shadow`, at once, and `light`, of a screen."""
+        relight, workers = self.avatar.relight, self.threads
+        assert relight is not None
+        shadow = None
+        if given.shadow_offset[2]:
+            if vertices is None and self._rig is not None:
+                vertices = self.mesh(posed, clock)
+            mesh = casting(self.avatar, vertices, posed.world_from_avatar)
+            shadow = clock.timed("shadow", lambda: shadow_map(splats, given, mesh, workers))
+        lit = Lit.of(relight, given, shadow)
+        return lambda screen: clock.timed(
+            "light", lambda: light(splats.mean, splats.quat_wxyz, lit, screen.splats, screen.radius, workers)
+        )
 
     def release(self) -> None:
         """Nothing: arrays go with the backend, threads belong to the process."""
@@ -109,10 +133,12 @@ class CpuBackend:
             return RUN[name](self, inputs)
         return DRAW_RUN[name](self.avatar, inputs, camera, profile, self.threads)
 
-    def _animate(self, posed: Posed, out: Out, clock: Clock) -> None:
+    def _animate(self, posed: Posed, out: Out, clock: Clock) -> F32 | None:
+        """Stages up to activate, into `out`; the vertices of the mesh that Gaussians are bound to."""
         vertices = self._vertices(posed, clock)
         p = self._posed(posed)
         clock.timed("bind", lambda: self._binding.animate(p, vertices, out, self.threads))
+        return vertices
 
     def _morph(self, posed: PosedArrays) -> F32:
         rig = self._rig

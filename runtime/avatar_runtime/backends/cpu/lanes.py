@@ -27,6 +27,10 @@ C2, C3, C4, C5 = f32(0.4999923), f32(0.16667115), f32(0.04189033), f32(0.0083125
 
 INFINITE = f32(np.inf)
 
+# atanh(s) over s by powers of s^2: of a mantissa between 1/sqrt 2 and sqrt 2, |s| <= 0.172, it is 1e-8 from ln.
+A2, A4, A6 = f32(1 / 3), f32(1 / 5), f32(1 / 7)
+ROOT_HALF_BITS = np.int32(0x3F3504F3)  # of sqrt(1/2)
+
 # ln(1 + t) over t for 0 <= t <= 1, least largest error of ln: 7e-5.
 L1, L2, L3, L4 = f32(0.99744896), f32(-0.47130118), f32(0.22568545), f32(-0.05875697)
 
@@ -200,3 +204,23 @@ def rough_log(x: np.float32) -> np.float32:
     series = fma(fma(fma(L4, fraction, L3), fraction, L2), fraction, L1)
     result: np.float32 = fma(f32(np.int32(bits >> 23)) - f32(127), LN_2, series * fraction)
     return result
+
+
+@inlined
+def logarithm(x: np.float32) -> np.float32:
+    """ln x of a positive normal float32, to within 1e-7 and one rounding; of others it is finite."""
+    bits = np.int32(float_bits(x)) - ROOT_HALF_BITS
+    mantissa = float_of(np.int32((bits & 0x7FFFFF) + ROOT_HALF_BITS))
+    s = (mantissa - f32(1)) / (mantissa + f32(1))
+    ss = s * s
+    series = fma(fma(fma(A6, ss, A4), ss, A2), ss, f32(1))
+    result: np.float32 = fma(f32(np.int32(bits >> 23)), LN_2, f32(2) * s * series)
+    return result
+
+
+@inlined
+def power(x: np.float32, exponent: np.float32) -> np.float32:
+    """x^exponent, relative error 2e-6 for a result within 1e-9 and 1e9; 0 for 0 and below; what is not finite stays."""
+    result = exponential_of_any(exponent * logarithm(x))
+    result = result if x > f32(0) else f32(0)
+    return result if x < INFINITE else x

@@ -18,6 +18,7 @@ from avatar_runtime.backends.gl.gpu import Gpu
 from avatar_runtime.backends.gl.programs import Dispatch, Programs
 from avatar_runtime.backends.gl.steps import Steps
 from avatar_runtime.camera import Camera
+from avatar_runtime.light import LightArrays
 from avatar_runtime.posed import Posed
 from avatar_runtime.program.model import FRAME_SOURCES, Level, Pass, Program, Run
 from avatar_runtime.program.passes import PADDING
@@ -137,6 +138,9 @@ class Interpreter:
         self.mesh = Passes(self, program.mesh)
         self.deforming = Passes(self, self.level.deform)
         self.viewing = Passes(self, self.level.view)
+        self.shadowing = Passes(self, self.level.shadow)
+        self.lighting = Passes(self, self.level.light)
+        self._light: LightArrays | None = None
         kinds = zip(
             self.level.chunks,
             *(self.level.names(kind) for kind in ("Splats", "Sh", "Projected")),
@@ -166,7 +170,7 @@ class Interpreter:
         return self.level.deform[0].count("sh_terms")
 
     def deform(self, posed: Posed, steps: Steps) -> None:
-        """Stages up to activate; their outputs stay on the GPU."""
+        """Stages up to activate, and stage shadow; their outputs stay on the GPU."""
         self.set_pose(posed)
         if self.program.reads_mesh:
             if posed.vertices is not None:
@@ -174,9 +178,13 @@ class Interpreter:
             else:
                 self.mesh.run(steps)
         self.deforming.run(steps)
+        if self._light is not None and self._light.shadow_offset[2]:
+            if not self.program.reads_mesh and any("Mesh" in one.buffers for one in self.level.shadow):
+                self.mesh.run(steps)
+            self.shadowing.run(steps)
 
     def project(self, camera: Camera, steps: Steps) -> None:
-        """Stage project."""
+        """Stage project, and stage light where there is one."""
         seen = {
             **{f"camera_row{i}": camera.camera_from_world[i] for i in range(3)},
             **{f"clip_row{i}": camera.clip_from_world[i] for i in range(4)},
@@ -186,6 +194,8 @@ class Interpreter:
         }
         self.viewing.set(seen)
         self.viewing.run(steps)
+        if self._light is not None:
+            self.lighting.run(steps)
 
     def set_pose(self, posed: Posed) -> None:
         """Uploads the inputs of this frame: weights, joint matrices, group transforms, world."""
@@ -196,6 +206,20 @@ class Interpreter:
             skin_matrix=posed.skin_matrix,
         )
         self.set_transforms(posed.groups, posed.world_from_avatar)
+        self.set_light(posed.light)
+
+    def set_light(self, light: LightArrays | None) -> None:
+        """The light of the scene; None: there is none."""
+        self._light = light
+        if light is None:
+            return
+        given: dict[str, Array] = {"shadow_offset": light.shadow_offset}
+        for name, rows in (("ambient", light.ambient), ("place", light.place), ("colour", light.colour)):
+            given |= {f"light_{name}{k}": row for k, row in enumerate(rows)}
+        given |= {f"light_turn_row{k}": row for k, row in enumerate(light.turn)}
+        given |= {f"shadow_row{k}": row for k, row in enumerate(light.shadow_row)}
+        self.shadowing.set(given)
+        self.lighting.set(given)
 
     def set_weights(
         self,
@@ -217,15 +241,22 @@ class Interpreter:
 
     def set_transforms(self, groups: GroupTransforms, world_from_avatar: F64) -> None:
         """The transforms of the groups and of the whole avatar."""
-        world = world_from_avatar.astype(np.float32)
+        self.set_world(world_from_avatar)
         rotation = np.zeros((len(groups.rotation), 3, 4), np.float32)
         rotation[:, :, :3] = groups.rotation
-        placed: dict[str, Array] = {f"world_row{i}": world[i] for i in range(3)}
-        placed["world_quat_wxyz"] = quat_from_matrix(world[:3, :3])
+        placed: dict[str, Array] = {}
         for i in range(3):
             placed[f"group_matrix_row{i}"] = groups.matrix[:, i]
             placed[f"group_rotation_row{i}"] = rotation[:, i]
         self.deforming.set(placed)
+
+    def set_world(self, world_from_avatar: F64) -> None:
+        """The transform of the whole avatar."""
+        world = world_from_avatar.astype(np.float32)
+        placed: dict[str, Array] = {f"world_row{i}": world[i] for i in range(3)}
+        placed["world_quat_wxyz"] = quat_from_matrix(world[:3, :3])
+        for passes in (self.deforming, self.shadowing):
+            passes.set(placed)
 
     def upload_mesh(self, vertices: F32) -> None:
         """Positions [V, 3] in place of those that the rig makes."""

@@ -20,6 +20,7 @@ from avatar_runtime.backends.gl.transfer import (
     take_splats,
 )
 from avatar_runtime.camera import Camera
+from avatar_runtime.light import LightArrays
 from avatar_runtime.stages.groups import GroupTransforms
 
 Outputs = dict[str, Any]
@@ -32,6 +33,7 @@ def run_stage(
     """Outputs of stage `name` as `conformance.STAGE_ARRAYS` names them."""
     given = {array: np.asarray(inputs[array], np.float32) for array in POSE_ARRAYS if array in inputs}
     player.set_weights(**given)
+    player.set_light(None)  # stages shadow and light run where they are asked for
     return RUN[name](player, drawing, inputs, camera)
 
 
@@ -96,6 +98,26 @@ def _project(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | 
     return take_projected(player.chunks)
 
 
+def _shadow(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    put_splats(player.chunks, x)
+    player.set_light(LightArrays.of(x))
+    player.set_world(x["world_from_avatar"])
+    if "posed_vertices" in x:
+        player.upload_mesh(x["posed_vertices"])
+    player.shadowing.run(_steps(player))
+    return {"shadow": np.frombuffer(player.buffer("Shadow").read(), np.float32)}
+
+
+def _light(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    put_splats(player.chunks, x)
+    put_projected(player.chunks, x)
+    player.set_light(LightArrays.of(x))
+    if "shadow" in x:
+        player.buffer("Shadow").write(x["shadow"].tobytes())
+    player.lighting.run(_steps(player))
+    return {"rgb": take_projected(player.chunks)["rgb"]}
+
+
 def _sort(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
     put_projected(player.chunks, x)
     drawing.sort.run()
@@ -117,7 +139,9 @@ RUN: dict[str, Callable[[Interpreter, Drawing, Arrays, Camera | None], Outputs]]
     "blend": _blend,
     "bind": _bind,
     "activate": _activate,
+    "shadow": _shadow,
     "project": _project,
+    "light": _light,
     "sort": _sort,
     "raster": _raster,
 }

@@ -115,10 +115,66 @@ func box(name: String, at: Array, size: Array, colour: Array, shaded: bool) -> v
 	_put(name, node, at)
 
 
-func light(name: String, at: Array) -> void:
-	var node := DirectionalLight3D.new()
-	node.shadow_enabled = true
+func light(name: String, at: Array, kind := "DirectionalLight3D", properties := {"shadow_enabled": true}) -> void:
+	var node: Light3D = ClassDB.instantiate(kind)
+	_set_all(node, properties)
 	_put(name, node, at)
+
+
+## White and matt.
+func ball(name: String, at: Array, radius: float) -> void:
+	var node := MeshInstance3D.new()
+	node.mesh = SphereMesh.new()
+	_set_all(node.mesh, {"radius": radius, "height": 2 * radius, "radial_segments": 256, "rings": 128})
+	node.material_override = StandardMaterial3D.new()
+	_set_all(node.material_override, {"diffuse_mode": BaseMaterial3D.DIFFUSE_LAMBERT, "roughness": 1.0, "metallic_specular": 0.0})
+	_put(name, node, at)
+
+
+func ambient(properties: Dictionary) -> void:
+	_set_all(surroundings.environment, properties)
+
+
+## A sky of rows of colours, for ambient light alone.
+func sky(rows: Array, turn: Array) -> void:
+	var image := Image.create_empty(rows[0].size(), rows.size(), false, Image.FORMAT_RGBF)
+	for y in rows.size():
+		for x in rows[y].size():
+			image.set_pixel(x, y, _colour(rows[y][x]))
+	var made := Sky.new()
+	made.sky_material = PanoramaSkyMaterial.new()
+	made.sky_material.panorama = ImageTexture.create_from_image(image)
+	ambient({"sky": made, "ambient_light_source": Environment.AMBIENT_SOURCE_SKY})
+	surroundings.environment.sky_rotation = Vector3(turn[0], turn[1], turn[2])
+
+
+## Takes the environment away.
+func bare() -> void:
+	surroundings.environment = null
+
+
+func change(name: String, properties: Dictionary) -> void:
+	_set_all(named[name], properties)
+
+
+## Puts the middle of an avatar where the world's is.
+func centre(name: String) -> void:
+	named[name].position -= named[name].middle()
+
+
+## The light that an avatar's node has handed on.
+func shone(name: String, of: String) -> void:
+	answers["light " + name] = Array(named[of]._light)
+
+
+func _set_all(of: Object, properties: Dictionary) -> void:
+	for property: String in properties:
+		var value: Variant = properties[property]
+		of.set(property, _colour(value) if value is Array else value)
+
+
+func _colour(of: Array) -> Color:
+	return Color(of[0], of[1], of[2])
 
 
 func place(name: String, at: Array) -> void:

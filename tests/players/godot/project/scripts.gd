@@ -21,6 +21,7 @@ func _initialize() -> void:
 	var told := {}
 	told["clips"] = given["packs"].map(clips)
 	told["poses"] = given["packs"].map(poses.bind(given["poses"]))
+	told["shadows"] = given["packs"].map(shadows.bind(given["poses"]))
 	told["scene"] = scene()
 	told["live"] = await live(given["packets"])
 	told["idle"] = await idle(given["idle"])
@@ -61,20 +62,52 @@ func poses(path: String, all: Dictionary) -> Array:
 	var node := shown(path)
 	var found := []
 	for one: Dictionary in all[path]:
-		for i in range(one["expressions"].size() - 1, -1, -1):
-			put(node, Kind.EXPRESSION, i, one["expressions"][i])
-		for i in one["eyelids"].size():
-			put(node, Kind.EYELID, i, one["eyelids"][i])
-		for i in one["joints"].size():
-			var delta := matrix(one["joints"][i])
-			put(node, Kind.SCALE, i, delta.basis.get_scale())
-			put(node, Kind.ROTATION, i, delta.basis.get_rotation_quaternion())
-			put(node, Kind.POSITION, i, delta.origin)
-		put(node, Kind.ROOT_ROTATION, 0, matrix(one["root"]).basis.get_rotation_quaternion())
-		put(node, Kind.ROOT_POSITION, 0, matrix(one["root"]).origin)
+		take(node, one)
 		found.append(floats(node))
 	node.free()
 	return found
+
+
+func take(node: GaussianAvatar3D, one: Dictionary) -> void:
+	for i in range(one["expressions"].size() - 1, -1, -1):
+		put(node, Kind.EXPRESSION, i, one["expressions"][i])
+	for i in one["eyelids"].size():
+		put(node, Kind.EYELID, i, one["eyelids"][i])
+	for i in one["joints"].size():
+		var delta := matrix(one["joints"][i])
+		put(node, Kind.SCALE, i, delta.basis.get_scale())
+		put(node, Kind.ROTATION, i, delta.basis.get_rotation_quaternion())
+		put(node, Kind.POSITION, i, delta.origin)
+	put(node, Kind.ROOT_ROTATION, 0, matrix(one["root"]).basis.get_rotation_quaternion())
+	put(node, Kind.ROOT_POSITION, 0, matrix(one["root"]).origin)
+
+
+## Of each pose: the bones and blend shapes of the mesh that casts the shadow, by name.
+func shadows(path: String, all: Dictionary) -> Array:
+	var node := shown(path)
+	var caster := GaussianAvatarShadow.new()
+	caster.rig = load("res://rig.glb")
+	node.add_child(caster)
+	var skeleton: Skeleton3D = caster.find_children("*", "Skeleton3D", true, false)[0]
+	var mesh: MeshInstance3D = caster.find_children("*", "MeshInstance3D", true, false)[0]
+	var found := []
+	for one: Dictionary in all[path]:
+		take(node, one)
+		caster.call(&"_process", 0.0)
+		var posed := {"root": rows(skeleton.get_parent().transform), "bones": {}, "shapes": {}}
+		for bone in skeleton.get_bone_count():
+			posed["bones"][skeleton.get_bone_name(bone)] = rows(skeleton.get_bone_pose(bone))
+		for shape in mesh.get_blend_shape_count():
+			posed["shapes"][mesh.mesh.get_blend_shape_name(shape)] = mesh.get_blend_shape_value(shape)
+		found.append(posed)
+	assert(mesh.cast_shadow == GeometryInstance3D.SHADOW_CASTING_SETTING_SHADOWS_ONLY)
+	node.free()
+	return found
+
+
+## [3, 4].
+func rows(of: Transform3D) -> Array:
+	return range(3).map(func(r: int) -> Array: return [of.basis.x[r], of.basis.y[r], of.basis.z[r], of.origin[r]])
 
 
 func put(node: GaussianAvatar3D, kind: int, index: int, value: Variant) -> void:

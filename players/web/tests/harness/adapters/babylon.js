@@ -1,29 +1,52 @@
 import { Engine } from "@babylonjs/core/Engines/engine.js";
 import { WebGPUEngine } from "@babylonjs/core/Engines/webgpuEngine.js";
 import { FreeCamera } from "@babylonjs/core/Cameras/freeCamera.js";
+import { DirectionalLight } from "@babylonjs/core/Lights/directionalLight.js";
+import { HemisphericLight } from "@babylonjs/core/Lights/hemisphericLight.js";
+import { PointLight } from "@babylonjs/core/Lights/pointLight.js";
+import { ShadowGenerator } from "@babylonjs/core/Lights/Shadows/shadowGenerator.js";
+import { SpotLight } from "@babylonjs/core/Lights/spotLight.js";
+import { PBRMaterial } from "@babylonjs/core/Materials/PBR/pbrMaterial.js";
 import { StandardMaterial } from "@babylonjs/core/Materials/standardMaterial.js";
 import { RenderTargetTexture } from "@babylonjs/core/Materials/Textures/renderTargetTexture.js";
 import { Color3, Color4 } from "@babylonjs/core/Maths/math.color.js";
 import { Viewport } from "@babylonjs/core/Maths/math.viewport.js";
 import { Vector3 } from "@babylonjs/core/Maths/math.vector.js";
 import { CreatePlane } from "@babylonjs/core/Meshes/Builders/planeBuilder.js";
+import { CreateSphere } from "@babylonjs/core/Meshes/Builders/sphereBuilder.js";
 import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import { AvatarScene } from "../../../src/babylon.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, fovOf, makeCanvas, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new Color3(r / 255, g / 255, b / 255);
 
+function lampOf({ kind, colour, intensity, casts = false, ...where }, scene) {
+  const vector = (values, sign = 1) => new Vector3(...values.map((value) => sign * value));
+  const light = {
+    ambient: () => new HemisphericLight("", new Vector3(0, 1, 0), scene),
+    sky: () => new HemisphericLight("", new Vector3(0, 2, 0), scene),
+    sun: () => new DirectionalLight("", vector(where.towards, -1), scene),
+    bulb: () => new PointLight("", vector(where.at), scene),
+    spot: () => new SpotLight("", vector(where.at), vector(where.at, -1), 2 * where.angle, 1, scene),
+  }[kind]();
+  light.diffuse = new Color3(...colour);
+  light.intensity = intensity;
+  if (kind === "ambient" || kind === "sky") light.groundColor = new Color3(...(where.ground ?? colour));
+  if (casts) new ShadowGenerator(64, light);
+  return light;
+}
+
 function byWebGl({ antialias }) {
   const canvas = makeCanvas();
-  const engine = new Engine(canvas, antialias, {}, false);
+  const engine = new Engine(canvas, antialias, { useExactSrgbConversions: true }, false);
   return { engine, ...webGl(canvas.getContext("webgl2")) };
 }
 
 async function byWebGpu({ antialias }) {
   const canvas = new QuietCanvas();
-  const engine = new WebGPUEngine(canvas.element, { antialias });
+  const engine = new WebGPUEngine(canvas.element, { antialias, useExactSrgbConversions: true });
   const noFiles = { jsPath: "/none.js", wasmPath: "/none.wasm" }; // its shaders for the plane exist as WGSL
   await engine.initAsync(noFiles, noFiles);
   return { engine, errors: watchErrors(engine._device), lose: async () => undefined, read: () => canvas.read() };
@@ -51,6 +74,9 @@ export async function makeStage(options) {
   material.disableLighting = true;
   material.emissiveColor = colour(WALL);
   plane.material = material;
+  const ball = CreateSphere("ball", { diameter: 2 * RADIUS, segments: 64 }, scene);
+  ball.material = Object.assign(new PBRMaterial("ball", scene), { metallic: 0, roughness: 1, metallicF0Factor: 0, maxSimultaneousLights: 8 });
+  ball.setEnabled(false);
   const group = new TransformNode("group", scene);
   const avatars = await AvatarScene.create(scene, { synchronous: options.synchronous });
   await scene.whenReadyAsync();
@@ -73,11 +99,20 @@ export async function makeStage(options) {
         },
         seen: () => [head.heightPx(camera, SIZE), head.levelFor(camera, SIZE)],
         dispose: () => head.dispose(),
+        lit: () => numbersOf(head.instance),
       };
     },
     wall(z) {
       plane.setEnabled(z !== null);
       plane.position.set(-4, 0, z ?? 0);
+    },
+    lamps(list) {
+      for (const light of [...scene.lights]) light.dispose();
+      for (const one of list) lampOf(one, scene);
+    },
+    async ball(on) {
+      ball.setEnabled(on);
+      await scene.whenReadyAsync();
     },
     part(x, y, size) {
       camera.fov = fovOf(size);

@@ -1,9 +1,23 @@
 import * as pc from "playcanvas";
 import { AvatarScene } from "../../../src/playcanvas.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, SIZE, WALL, flipped, fovOf, makeCanvas, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new pc.Color(r / 255, g / 255, b / 255);
+
+function lampOf({ kind, colour, intensity, casts = false, ...where }) {
+  const entity = new pc.Entity(kind);
+  const type = { sun: "directional", bulb: "omni", spot: "spot" }[kind];
+  const cone = { outerConeAngle: (where.angle * 180) / Math.PI, innerConeAngle: (where.angle * 100) / Math.PI };
+  const falloff = { range: where.range, falloffMode: where.linear ? pc.LIGHTFALLOFF_LINEAR : pc.LIGHTFALLOFF_INVERSESQUARED };
+  const color = new pc.Color(...colour.map((value) => value ** (1 / 2.2)));
+  entity.addComponent("light", { type, color, intensity, castShadows: casts, ...(kind === "sun" ? {} : falloff), ...(kind === "spot" ? cone : {}) });
+  if (where.at) entity.setPosition(...where.at);
+  const down = new pc.Vec3(...(where.towards ?? where.at)).normalize(); // it shines along its own -y
+  const turn = new pc.Quat().setFromDirections(new pc.Vec3(0, 1, 0), down);
+  entity.setRotation(turn);
+  return entity;
+}
 
 async function byWebGl({ antialias }) {
   const canvas = makeCanvas();
@@ -23,7 +37,7 @@ export async function makeStage(options) {
   const app = new pc.AppBase(device.canvas);
   const settings = new pc.AppOptions();
   settings.graphicsDevice = device;
-  settings.componentSystems = [pc.RenderComponentSystem, pc.CameraComponentSystem];
+  settings.componentSystems = [pc.RenderComponentSystem, pc.CameraComponentSystem, pc.LightComponentSystem];
   app.init(settings);
   app.start();
   app.autoRender = false;
@@ -43,6 +57,17 @@ export async function makeStage(options) {
   plane.setLocalScale(8, 8, 8);
   plane.setEulerAngles(90, 0, 0);
   app.root.addChild(plane);
+  const white = new pc.StandardMaterial();
+  white.useMetalness = false;
+  white.specular = pc.Color.BLACK;
+  white.update();
+  const ball = new pc.Entity("ball");
+  const round = pc.Mesh.fromGeometry(device, new pc.SphereGeometry({ radius: RADIUS, latitudeBands: 64, longitudeBands: 64 }));
+  ball.addComponent("render", { meshInstances: [new pc.MeshInstance(round, white)], castShadows: false, receiveShadows: false });
+  ball.enabled = false;
+  const lamps = new pc.Entity("lamps");
+  app.root.addChild(ball);
+  app.root.addChild(lamps);
   const group = new pc.Entity("group");
   app.root.addChild(group);
   const avatars = await AvatarScene.create(app, { synchronous: options.synchronous });
@@ -61,12 +86,20 @@ export async function makeStage(options) {
         attach: (attached) => void (attached ? group.addChild(head) : head.remove()),
         seen: () => [head.heightPx(camera.camera, SIZE), head.levelFor(camera.camera, SIZE)],
         dispose: () => head.destroy(),
+        lit: () => numbersOf(head.instance),
       };
     },
     wall(z) {
       plane.enabled = z !== null;
       plane.setPosition(-4, 0, z ?? 0);
     },
+    lamps(list) {
+      for (const one of [...lamps.children]) one.destroy();
+      const even = list.filter(({ kind }) => kind === "ambient");
+      app.scene.ambientLight = new pc.Color(...[0, 1, 2].map((c) => even.reduce((sum, { colour, intensity }) => sum + colour[c] * intensity, 0) ** (1 / 2.2)));
+      for (const one of list) if (one.kind !== "ambient") lamps.addChild(lampOf(one));
+    },
+    ball: (on) => void (ball.enabled = on),
     part(x, y, size) {
       camera.camera.fov = (fovOf(size) * 180) / Math.PI;
       camera.camera.rect = new pc.Vec4(x / SIZE, y / SIZE, size / SIZE, size / SIZE);

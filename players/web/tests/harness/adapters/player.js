@@ -30,6 +30,7 @@ export async function makeStage(options) {
         attach: (attached) => void (instance.visible = attached),
         seen: () => [instance.heightPx(camera), instance.levelFor(camera)],
         dispose: () => instance.dispose(),
+        light: (light) => void (instance.light = light),
       };
     },
     draw: () => player.frame(camera, null),

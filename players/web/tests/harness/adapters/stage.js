@@ -6,6 +6,9 @@
 //                another node, as the engine's users do, seen() -> [heightPx, level that serves], dispose(), in
 //                three.js clone()
 // wall(z)        an opaque plane that faces the camera, where x < 0; null: none
+// lamps(list)    lights of the engine in place of those before: {kind: "ambient", "sky", "sun", "bulb" or "spot", colour
+//                (linear), intensity, casts, and where}; ball(on): a white matt ball of RADIUS about the origin
+//                an actor: lit() -> the numbers of its light
 // part(x, y, size)   the camera draws its middle into a square of the target, y from below; fovOf(size) sees it
 // draw(), finished(), read()   RGBA bytes as displayed, first row on top
 // lose()         the WebGL context is lost and comes back; orthographic(on); disposeAvatars(); errors() of the graphics
@@ -18,6 +21,12 @@ export const WALL = [200, 90, 30];
 
 /** The angle, radians, of a camera that sees the middle `size` pixels. */
 export const fovOf = (size) => 2 * Math.atan((Math.tan(FOV_Y / 2) * size) / SIZE);
+
+export const RADIUS = 0.08; // of the ball, metres
+
+/** The numbers of the light of an instance. */
+export const numbersOf = ({ lighting }) =>
+  lighting && { ambient: [...lighting.ambient], places: [...lighting.places], colours: [...lighting.colours], count: lighting.count, shadow: lighting.shadow };
 
 export const nothing = () => undefined;
 

@@ -2,12 +2,28 @@ import * as THREE from "three";
 import { WebGPURenderer } from "three/webgpu";
 import { AvatarScene } from "../../../src/three.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, SIZE, WALL, clamped, flipped, fovOf, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, RADIUS, SIZE, WALL, clamped, flipped, fovOf, numbersOf, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new THREE.Color().setRGB(r / 255, g / 255, b / 255, THREE.SRGBColorSpace);
 const display = (value) => new THREE.Color(value, 0, 0).convertLinearToSRGB().r;
 /** Bytes of a target, which holds linear light. */
 const shown = (floats) => Array.from(floats, (value, i) => Math.round(255 * (i % 4 === 3 ? value : display(value))));
+
+/** A light of three.js; its target is in the scene. */
+function lampOf({ kind, colour, intensity, casts = false, ...where }, scene) {
+  const made = new THREE.Color(...colour);
+  const light = {
+    ambient: () => new THREE.AmbientLight(made, intensity),
+    sky: () => new THREE.HemisphereLight(made, new THREE.Color(...where.ground), intensity),
+    sun: () => new THREE.DirectionalLight(made, intensity),
+    bulb: () => new THREE.PointLight(made, intensity, where.range),
+    spot: () => new THREE.SpotLight(made, intensity, where.range, where.angle, 0.4),
+  }[kind]();
+  light.position.set(...(where.at ?? where.towards ?? [0, 1, 0]));
+  if (light.target !== undefined) scene.add(light.target);
+  light.castShadow = casts;
+  return light;
+}
 
 function byWebGl(options) {
   const renderer = new THREE.WebGLRenderer({ antialias: options.antialias, reversedDepthBuffer: options.reversed === true });
@@ -45,9 +61,12 @@ export async function makeStage(options) {
   camera.position.z = options.distance;
   let seenBy = camera;
   const plane = new THREE.Mesh(new THREE.PlaneGeometry(8, 8), new THREE.MeshBasicMaterial({ color: colour(WALL) }));
+  const ball = new THREE.Mesh(new THREE.SphereGeometry(RADIUS, 128, 64), new THREE.MeshLambertMaterial());
+  ball.visible = false;
+  const lamps = new THREE.Group();
   const group = new THREE.Group();
   const avatars = await AvatarScene.create(renderer, { synchronous: options.synchronous });
-  scene.add(plane, group, avatars);
+  scene.add(plane, ball, lamps, group, avatars);
   const actorOf = (head) => ({
     place(x, y, z, yaw, scale) {
       head.position.set(x, y, z);
@@ -58,6 +77,7 @@ export async function makeStage(options) {
     attach: (attached) => void (attached ? group.add(head) : head.removeFromParent()),
     seen: () => [head.heightPx(camera, SIZE), head.levelFor(camera, SIZE)],
     dispose: () => head.dispose(),
+    lit: () => numbersOf(head.instance),
     clone() {
       const other = head.clone();
       group.add(other);
@@ -72,6 +92,11 @@ export async function makeStage(options) {
       plane.visible = z !== null;
       plane.position.set(-4, 0, z ?? 0);
     },
+    lamps(list) {
+      lamps.clear();
+      for (const one of list) lamps.add(lampOf(one, scene));
+    },
+    ball: (on) => void (ball.visible = on),
     part(x, y, size) {
       camera.fov = (fovOf(size) * 180) / Math.PI;
       camera.updateProjectionMatrix();

@@ -11,10 +11,12 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, I64, U32, Avatar, RasterSettings
 from avatar_runtime.backends import Arrays
 from avatar_runtime.backends.cpu.arrays import read_only
+from avatar_runtime.backends.cpu.draw.light import Lit, light
 from avatar_runtime.backends.cpu.draw.project import project
 from avatar_runtime.backends.cpu.draw.raster import composite_tiles
 from avatar_runtime.backends.cpu.draw.screen import (
     CENTRE_X,
+    COLUMNS,
     CONIC_XX,
     OPACITY,
     RED,
@@ -22,11 +24,14 @@ from avatar_runtime.backends.cpu.draw.screen import (
     count_all,
     fill_screen,
 )
+from avatar_runtime.backends.cpu.draw.shadow import shadow_map
 from avatar_runtime.backends.cpu.draw.sort import sort
 from avatar_runtime.backends.cpu.draw.tiles import tile_lists
 from avatar_runtime.camera import Camera
+from avatar_runtime.light import SHADOW_SIZE, LightArrays
 from avatar_runtime.posed import Clock
 from avatar_runtime.stages.activate import Splats
+from avatar_runtime.stages.light import casting
 from avatar_runtime.stages.project import TILE, Projected
 from avatar_runtime.stages.raster import PROFILES, Image
 from avatar_schema import constants
@@ -46,14 +51,17 @@ def draw(
     profile: str,
     threads: int,
     clock: Clock,
+    lit: Callable[[Screen], None] | None = None,
 ) -> Image:
-    """The splats over `background`; the same bits for every number of threads.
+    """The splats over `background`; the same bits for every number of threads. `lit` changes the screen's colours.
 
     Raises ValueError for an unknown profile, and for arrays that do not fit together.
     """
     _check(profile)
     _check_splats(splats, sh_degree)
     screen = clock.timed("project", lambda: project(splats, camera, settings, sh_degree, profile, threads))
+    if lit is not None:
+        lit(screen)
     order = clock.timed("sort", lambda: sort(screen.depth, screen.radius))
     return clock.timed("raster", lambda: composite(screen, order, camera, background, profile, threads))
 
@@ -146,6 +154,25 @@ def _project(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, thr
     }
 
 
+def _shadow(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, threads: int) -> dict[str, Any]:
+    splats = Splats(x["mean"], x["scale"], x["quat_wxyz"], x["opacity"], np.zeros((0, 0, 3), np.float32))
+    mesh = casting(avatar, x.get("posed_vertices"), x["world_from_avatar"])
+    return {"shadow": shadow_map(splats, LightArrays.of(x), mesh, threads).ravel()}
+
+
+def _light(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, threads: int) -> dict[str, Any]:
+    assert avatar.relight is not None
+    n = len(x["radius"])
+    for name, width in (("mean", 3), ("quat_wxyz", 4), ("rgb", 3)):
+        _fit(name, x[name], (n, width))
+    shadow = x["shadow"].reshape(SHADOW_SIZE, SHADOW_SIZE) if "shadow" in x else None
+    rows = np.zeros((n, COLUMNS), np.float32)
+    rows[:, RED : RED + 3] = x["rgb"]
+    lit = Lit.of(avatar.relight, LightArrays.of(x), shadow)
+    light(x["mean"], x["quat_wxyz"], lit, rows, x["radius"], threads)
+    return {"rgb": rows[:, RED : RED + 3]}
+
+
 def _sort(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, threads: int) -> dict[str, Any]:
     _fit("depth", x["depth"], x["radius"].shape)
     return {"order": sort(x["depth"], x["radius"]).astype(np.int64)}
@@ -163,4 +190,10 @@ def _raster(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, thre
 
 
 Run = Callable[[Avatar, Arrays, "Camera | None", str, int], dict[str, Any]]
-RUN: dict[str, Run] = {"project": _project, "sort": _sort, "raster": _raster}
+RUN: dict[str, Run] = {
+    "shadow": _shadow,
+    "project": _project,
+    "light": _light,
+    "sort": _sort,
+    "raster": _raster,
+}
