@@ -73,8 +73,8 @@ def normals(quat_wxyz: F32, normal: F32) -> F32:
 
 def unit(v: F32) -> F32:
     """Vectors [N, 3] of length 1; the zero vector stays zero."""
-    result: F32 = v / np.maximum(np.sqrt((v * v).sum(axis=1, keepdims=True)), TINY)
-    return result
+    length: F32 = np.maximum(np.sqrt((v * v).sum(axis=1, keepdims=True)), TINY)
+    return v / length
 
 
 def ambient(n: F32, rows: F32) -> F32:
