@@ -74,6 +74,7 @@ def contracts() -> dict[str, Contract]:
             "sections": _index("CornerStatic", "corners", "3*triangles", "vertices"),
         },
         "shadow": _of_chunk({"Splats": "5*count", "Shadow": f"{SHADOW_TEXELS}"}, shared=("Shadow",)),
+        "light_normals": _light_normals(),
         "light": _light(),
     }
 
@@ -234,10 +235,28 @@ def _project() -> Contract:
     }
 
 
+def _light_normals() -> Contract:
+    chunk = _of_chunk({"Splats": "6*count", "Triangles": "3*triangles"}, shared=("Triangles",))
+    return {
+        **chunk,
+        "most": {"count": MOST_ROWS, "triangles": MOST_ROWS},
+        "same": chunk["same"] | {"Triangles": ["triangles"]},
+        "sections": {
+            **_index("EmbedStatic", "triangle_ids", "count", "triangles"),
+            **_planes("EmbedStatic", "local_quat", 4, "count"),
+            **_planes("LightStatic", "normal", 3, "count"),
+        },
+    }
+
+
 def _light() -> Contract:
     touched = {"Splats": "5*count", "Projected": "3*count", "Shadow": f"{SHADOW_TEXELS}"}
+    chunk = _of_chunk(touched, shared=("Shadow",))
+    by_plane = {"elements": "6*count", "when": {"turned": [1]}}
     return {
-        **_of_chunk(touched, shared=("Shadow",)),
+        **chunk,
+        "values": {"turned": [0, 1]},
+        "elements": chunk["elements"] | {"Splats": [*chunk["elements"]["Splats"], by_plane]},
         "sections": _planes("LightStatic", "normal", 3, "count"),
     }
 

@@ -33,6 +33,7 @@ ENTRIES: dict[str, Entry] = {
     "shadow_clear": Entry("shadow_clear.hlsl", "compute", "shadow"),
     "shadow_mesh": Entry("shadow_mesh.hlsl", "compute", "shadow"),
     "shadow": Entry("shadow.hlsl", "compute", "shadow"),
+    "light_normals": Entry("light_normals.hlsl", "compute", "light"),
     "light": Entry("light.hlsl", "compute", "light"),
     "sort_keys": Entry("sort_keys.hlsl", "compute", "sort"),
     "sort_count": Entry("sort_count.hlsl", "compute", "sort"),

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, F64, Avatar, Relight
 from avatar_runtime.checks import arguments
 from avatar_runtime.io.errors import AvatarError
+from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_schema import constants
 
 MOST_LIGHTS = 4
@@ -155,6 +156,11 @@ def shadow_rows(light: DirectLight, centre: F64, radius: float) -> F64 | None:
     for row, along in enumerate((across, down)):
         rows[row] = (*(scale * along), middle - scale * (along @ centre))
     return rows
+
+
+def turned(avatar: Avatar) -> bool:
+    """Whether normals turn with the triangles of the mesh: joints alone turn the Gaussians, and not expressions."""
+    return avatar.embedding is not None and avatar.rules.rotation in RIGGED_ROTATIONS
 
 
 def head_joint(avatar: Avatar) -> int | None:

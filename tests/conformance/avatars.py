@@ -129,4 +129,5 @@ AVATARS: Mapping[str, Callable[[], Avatar]] = {
     "edges": _edges,
     "lit_head": lambda: _lit(_skinned(Rules("polar3"), 1), "head", 31),
     "lit_world": lambda: _lit(_surface(Rules(TURNED), 0), "world", 32),
+    "lit_joints": lambda: _lit(_surface(JOINTED, 0), "head", 33),
 }

@@ -167,6 +167,13 @@ CASES: tuple[Row, ...] = (
         seed=19,
         light=replace(STUDIO, shadow=False),
     ),
+    Row(
+        "lit_joints",
+        "studio",
+        "joints turn the Gaussians, and triangles their normals",
+        seed=20,
+        light=replace(STUDIO, shadow=False),
+    ),
 )
 
 

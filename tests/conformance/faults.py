@@ -258,6 +258,15 @@ FAULTS: tuple[Fault, ...] = (
         ("light",),
     ),
     Fault(
+        "normal_not_turned_by_the_mesh",
+        "normals that follow the joints and not the triangles",
+        "light_normals.hlsl",
+        "rotate(matrix_from_quat(turn), n)",
+        "n",
+        "lit_joints/studio",
+        ("light",),
+    ),
+    Fault(
         "captured_light_in_the_world",
         "the light of the capture left behind when the head turns",
         "light.hlsl",

@@ -62,6 +62,7 @@ layout(binding = 8, std140) uniform LightConstants
     vec4 shadow_row2;
     vec4 shadow_row3;
     vec4 shadow_offset;
+    uint turned;
 } constants;
 
 layout(binding = 2, std430) readonly buffer Shadow
@@ -315,16 +316,24 @@ void _light(uvec3 id)
     {
         return;
     }
-    uint param = constants.normal;
-    uint param_1 = row;
-    uint param_2 = constants.count;
-    uint param_3 = constants.normal_width;
-    uint param_4 = constants.normal_scale;
-    vec3 n = light_linear3(param, param_1, param_2, param_3, param_4);
-    vec4 param_5 = Splats_1._data[constants.count + row];
-    Rows3 param_6 = matrix_from_quat(param_5);
-    vec3 param_7 = n;
-    n = rotate(param_6, param_7);
+    vec3 n;
+    if (constants.turned != 0u)
+    {
+        n = Splats_1._data[(5u * constants.count) + row].xyz;
+    }
+    else
+    {
+        uint param = constants.normal;
+        uint param_1 = row;
+        uint param_2 = constants.count;
+        uint param_3 = constants.normal_width;
+        uint param_4 = constants.normal_scale;
+        n = light_linear3(param, param_1, param_2, param_3, param_4);
+        vec4 param_5 = Splats_1._data[constants.count + row];
+        Rows3 param_6 = matrix_from_quat(param_5);
+        vec3 param_7 = n;
+        n = rotate(param_6, param_7);
+    }
     n /= vec3(max(length(n), 1.0000000031710768509710513471353e-30));
     vec3 param_8 = n;
     vec3 param_9 = Splats_1._data[row].xyz;

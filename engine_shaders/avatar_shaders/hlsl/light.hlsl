@@ -5,7 +5,7 @@
 #include "light.hlsli"
 
 StructuredBuffer<uint> LightStatic; // sections at the offsets below
-StructuredBuffer<float4> Splats; // [5 count]: mean and opacity; quaternion; 3 rows of sh_rotation with scale in w
+StructuredBuffer<float4> Splats; // [5 or 6 count]: mean and opacity; quaternion; 3 rows that are not read; normal
 StructuredBuffer<uint> Shadow; // [AVATAR_SHADOW_SIZE^2] bits of the least distance from the first light
 RWStructuredBuffer<float4> Projected; // [3 count]: centre, depth, opacity; conic, radius; rgb, clip depth
 
@@ -50,6 +50,7 @@ AVATAR_CONSTANTS(LightConstants)
     float4 shadow_row2;
     float4 shadow_row3;
     float4 shadow_offset; // along the normal, along the light (both in bundle units), 1 where there is a map, 0
+    uint turned; // 1: the last plane of Splats has the normals, which entry light_normals wrote
 AVATAR_CONSTANTS_END
 
 // 0 in the shadow, 1 in the light.
@@ -93,8 +94,16 @@ void light(uint3 id : SV_DispatchThreadID)
     {
         return;
     }
-    float3 n = light_linear3(normal, row, count, normal_width, normal_scale);
-    n = rotate(matrix_from_quat(Splats[count + row]), n);
+    float3 n;
+    if (turned != 0)
+    {
+        n = Splats[5 * count + row].xyz;
+    }
+    else
+    {
+        n = light_linear3(normal, row, count, normal_width, normal_scale);
+        n = rotate(matrix_from_quat(Splats[count + row]), n);
+    }
     n = n / max(length(n), 1e-30);
     float3 scene = light_scene(n, Splats[row].xyz);
     float3 captured = float3(dot(turn_row0.xyz, n), dot(turn_row1.xyz, n), dot(turn_row2.xyz, n));

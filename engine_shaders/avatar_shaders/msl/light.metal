@@ -66,6 +66,7 @@ struct LightConstants
     float4 shadow_row2;
     float4 shadow_row3;
     float4 shadow_offset;
+    uint turned;
 };
 
 struct Projected
@@ -333,16 +334,24 @@ void _light(thread const uint3& id, const device LightStatic& LightStatic_1, con
     {
         return;
     }
-    uint param = constants.normal;
-    uint param_1 = row;
-    uint param_2 = constants.count;
-    uint param_3 = constants.normal_width;
-    uint param_4 = constants.normal_scale;
-    float3 n = light_linear3(param, param_1, param_2, param_3, param_4, LightStatic_1);
-    float4 param_5 = Splats_1._data[constants.count + row];
-    Rows3 param_6 = matrix_from_quat(param_5);
-    float3 param_7 = n;
-    n = rotate(param_6, param_7);
+    float3 n;
+    if (constants.turned != 0u)
+    {
+        n = Splats_1._data[(5u * constants.count) + row].xyz;
+    }
+    else
+    {
+        uint param = constants.normal;
+        uint param_1 = row;
+        uint param_2 = constants.count;
+        uint param_3 = constants.normal_width;
+        uint param_4 = constants.normal_scale;
+        n = light_linear3(param, param_1, param_2, param_3, param_4, LightStatic_1);
+        float4 param_5 = Splats_1._data[constants.count + row];
+        Rows3 param_6 = matrix_from_quat(param_5);
+        float3 param_7 = n;
+        n = rotate(param_6, param_7);
+    }
     n /= float3(fast::max(length(n), 1.0000000031710768509710513471353e-30));
     float3 param_8 = n;
     float3 param_9 = Splats_1._data[row].xyz;

@@ -40,14 +40,15 @@ struct SLANG_ParameterGroup_LightConstants_std140_0
     @align(16) shadow_row2_0 : vec4<f32>,
     @align(16) shadow_row3_0 : vec4<f32>,
     @align(16) shadow_offset_0 : vec4<f32>,
+    @align(16) turned_0 : u32,
 };
 
 @binding(8) @group(0) var<uniform> LightConstants_0 : SLANG_ParameterGroup_LightConstants_std140_0;
 @binding(3) @group(0) var<storage, read_write> Projected_0 : array<vec4<f32>>;
 
-@binding(0) @group(0) var<storage, read> LightStatic_0 : array<u32>;
-
 @binding(1) @group(0) var<storage, read> Splats_0 : array<vec4<f32>>;
+
+@binding(0) @group(0) var<storage, read> LightStatic_0 : array<u32>;
 
 @binding(2) @group(0) var<storage, read> Shadow_0 : array<u32>;
 
@@ -374,7 +375,15 @@ fn light(@builtin(global_invocation_id) id_0 : vec3<u32>)
     {
         return;
     }
-    var n_4 : vec3<f32> = rotate_0(matrix_from_quat_0(Splats_0[LightConstants_0.count_0 + row_0]), light_linear3_0(LightConstants_0.normal_0, row_0, LightConstants_0.count_0, LightConstants_0.normal_width_0, LightConstants_0.normal_scale_0));
+    var n_4 : vec3<f32>;
+    if((LightConstants_0.turned_0) != u32(0))
+    {
+        n_4 = Splats_0[u32(5) * LightConstants_0.count_0 + row_0].xyz;
+    }
+    else
+    {
+        n_4 = rotate_0(matrix_from_quat_0(Splats_0[LightConstants_0.count_0 + row_0]), light_linear3_0(LightConstants_0.normal_0, row_0, LightConstants_0.count_0, LightConstants_0.normal_width_0, LightConstants_0.normal_scale_0));
+    }
     var n_5 : vec3<f32> = n_4 / vec3<f32>(max(length(n_4), 1.00000000317107685e-30f));
     Projected_0[u32(2) * LightConstants_0.count_0 + row_0] = vec4<f32>(light_colour_0(Projected_0[u32(2) * LightConstants_0.count_0 + row_0].xyz, light_scene_0(n_5, Splats_0[row_0].xyz), light_ambient_0(vec3<f32>(dot(LightConstants_0.turn_row0_0.xyz, n_5), dot(LightConstants_0.turn_row1_0.xyz, n_5), dot(LightConstants_0.turn_row2_0.xyz, n_5)), LightConstants_0.capture_ambient0_0.xyz, LightConstants_0.capture_ambient1_0.xyz, LightConstants_0.capture_ambient2_0.xyz, LightConstants_0.capture_ambient3_0.xyz, LightConstants_0.capture_ambient4_0.xyz, LightConstants_0.capture_ambient5_0.xyz, LightConstants_0.capture_ambient6_0.xyz, LightConstants_0.capture_ambient7_0.xyz, LightConstants_0.capture_ambient8_0.xyz)), Projected_0[u32(2) * LightConstants_0.count_0 + row_0].w);
     return;

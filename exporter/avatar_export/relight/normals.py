@@ -10,8 +10,11 @@ from avatar_export.fit.closest import Triangles
 from avatar_export.levels.views import fitting_poses
 from avatar_export.ops.normals import axes, unit
 from avatar_runtime.avatar import F64, I64, U32, Avatar
+from avatar_runtime.light import turned
 from avatar_runtime.player import Player
 from avatar_runtime.rotation import matrix_from_quat
+from avatar_runtime.stages.light import axes_by_mesh
+from avatar_runtime.stages.surface import prepare
 
 FAR = 0.05  # metres from the mesh: farther Gaussians face as their own shape does
 POSES = 16
@@ -40,8 +43,13 @@ def _of_mesh(avatar: Avatar) -> F64:
     else:
         player = Player(avatar)
         for pose in fitting_poses(avatar, POSES):
-            turn = matrix_from_quat(player.animate(pose).quat_wxyz.astype(np.float64))
-            total += np.einsum("nji,nj->ni", turn, under.normals(player.mesh(pose).astype(np.float64)))
+            mesh = player.mesh(pose)
+            if avatar.embedding is not None and turned(avatar):
+                surface = prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle)
+                turn = axes_by_mesh(surface, mesh)
+            else:
+                turn = matrix_from_quat(player.animate(pose).quat_wxyz.astype(np.float64))
+            total += np.einsum("nji,nj->ni", turn, under.normals(mesh.astype(np.float64)))
     return unit(np.where(under.near[:, None], total, shape))
 
 

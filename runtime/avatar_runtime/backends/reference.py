@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from avatar_runtime.avatar import F32, Avatar, Gaussians
+from avatar_runtime.avatar import F32, F64, Avatar, Gaussians
 from avatar_runtime.backends import Arrays
 from avatar_runtime.camera import Camera
-from avatar_runtime.light import SHADOW_SIZE, LightArrays
+from avatar_runtime.light import SHADOW_SIZE, LightArrays, turned
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.rules import RIGGED_ROTATIONS
 from avatar_runtime.stages.activate import Splats, activate
 from avatar_runtime.stages.bind import Bound, bind, bind_surface
 from avatar_runtime.stages.blend import blend
 from avatar_runtime.stages.groups import GroupTransforms
-from avatar_runtime.stages.light import casting, light, shadow_map
+from avatar_runtime.stages.light import casting, light, shadow_map, turned_normals
 from avatar_runtime.stages.morph import morph
 from avatar_runtime.stages.project import TILE, Projected, project, touched_tiles
 from avatar_runtime.stages.raster import PROFILES, Image, raster
@@ -72,16 +72,22 @@ class ReferenceBackend:
         given, relight, shadow = posed.light, self.avatar.relight, None
         if given is None or relight is None:
             return self._projected(splats, camera, clock)
+        vertices = self._vertices(posed, clock)
+        world = posed.world_from_avatar
         if given.shadow_offset[2]:
-            vertices = (
-                self._vertices(posed, clock)
-                if self._surface or not self.avatar.rig
-                else self.mesh(posed, clock)
-            )
-            mesh = casting(self.avatar, vertices, posed.world_from_avatar)
+            cast = vertices if self._surface or not self.avatar.rig else self.mesh(posed, clock)
+            mesh = casting(self.avatar, cast, world)
             shadow = clock.timed("shadow", lambda: shadow_map(splats, given, mesh))
         projected = self._projected(splats, camera, clock)
-        return clock.timed("light", lambda: light(projected, splats, relight, given, shadow))
+        facing = clock.timed("light", lambda: self._facing(vertices, world))
+        return clock.timed("light", lambda: light(projected, splats, relight, given, shadow, facing))
+
+    def _facing(self, vertices: F32 | None, world_from_avatar: F64) -> F32 | None:
+        """Normals where the mesh turns them."""
+        avatar, surface = self.avatar, self._surface
+        if surface is None or vertices is None or avatar.relight is None or not turned(avatar):
+            return None
+        return turned_normals(surface, avatar.relight, vertices, world_from_avatar)
 
     def _projected(self, splats: Splats, camera: Camera, clock: Clock) -> Projected:
         avatar = self.avatar
@@ -214,7 +220,8 @@ def _light(backend: ReferenceBackend, x: Arrays, camera: Camera | None, profile:
     none = np.zeros(0, np.float32)
     seen = Projected(none, none, none, none, x["rgb"], x["radius"], none, np.zeros((0, 4), np.int32))
     splats = Splats(x["mean"], none, x["quat_wxyz"], none, none)
-    return {"rgb": light(seen, splats, relight, LightArrays.of(x), shadow).rgb}
+    facing = backend._facing(x["posed_vertices"], x["world_from_avatar"]) if turned(backend.avatar) else None
+    return {"rgb": light(seen, splats, relight, LightArrays.of(x), shadow, facing).rgb}
 
 
 Run = Callable[[ReferenceBackend, Arrays, "Camera | None", str], dict[str, Any]]

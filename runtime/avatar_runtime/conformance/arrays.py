@@ -12,7 +12,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, Avatar
 from avatar_runtime.camera import Camera
 from avatar_runtime.driving.arkit import CHANNELS
-from avatar_runtime.light import AMBIENT_TERMS, MOST_LIGHTS, SHADOW_SIZE, Light
+from avatar_runtime.light import AMBIENT_TERMS, MOST_LIGHTS, SHADOW_SIZE, Light, turned
 from avatar_runtime.rules import RIGGED_ROTATIONS
 
 Tensors = Mapping[str, npt.NDArray[Any]]
@@ -92,6 +92,7 @@ WHEN: Mapping[str, Callable[[Avatar, Light | None], bool]] = {
     "joints": lambda avatar, light: avatar.embedding is None or avatar.rules.rotation in RIGGED_ROTATIONS,
     "casting": lambda avatar, light: avatar.embedding is not None or WHEN["mesh"](avatar, light),
     "lit": lambda avatar, light: light is not None,
+    "turned": lambda avatar, light: light is not None and turned(avatar),
     "shadowed": lambda avatar, light: light is not None and light.shadow,
 }
 
@@ -210,6 +211,8 @@ STAGE_ARRAYS: Mapping[str, Stage] = {
             _f32("shadow_offset", 4),
             _f32("shadow_row", 4, 4, when="shadowed"),
             _f32("shadow", SHADOW_SIZE**2, when="shadowed"),
+            _f32("posed_vertices", "V", 3, when="turned"),
+            Array("world_from_avatar", "float64", (4, 4), when="turned"),
         ),
         # Light is divided by as little as 0.05, and the steepest part of the curve multiplies a channel by 12.92.
         (Array("rgb", "float32", ("N", 3), 256, floor=1.0, flips="shadow"),),

@@ -32,7 +32,7 @@ SOURCES = {  # list of passes -> beginnings of names of the frame that it may as
     "deform": ("world_", "group_"),
     "view": ("camera_", "clip_", "eye", "tan_half_fov", "image_size"),
     "shadow": ("shadow_row", "world_row"),
-    "light": ("light_", "shadow_"),
+    "light": ("light_", "shadow_", "world_quat"),
 }
 _TABLE = "group_"  # names that begin so have a row a group
 _SOURCE = re.compile(r"([a-z0-9_]+)(?:\[([0-9]{1,9})\])?")

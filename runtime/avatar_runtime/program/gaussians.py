@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from avatar_runtime.avatar import Avatar, Group, Relight
-from avatar_runtime.light import MOST_LIGHTS
+from avatar_runtime.light import MOST_LIGHTS, turned
 from avatar_runtime.program.chunks import Cost, runs
 from avatar_runtime.program.codes import Coded, Codes
 from avatar_runtime.program.fields import APPEARANCE, BASE, CORRECTIVE, EMBEDDED, GEOMETRY, LATE, LIT, SKIN
@@ -67,14 +67,19 @@ def bake_level(
         shadow = [make_pass("shadow_clear", SHADOW_TEXELS, {"Shadow": "Shadow"}, {"texels": SHADOW_TEXELS})]
         shadow += casting
         shadow += [chunk.shadow for chunk in made]
-    light = tuple(chunk.light for chunk in made if chunk.light is not None)
+    light = tuple(one for chunk in made for one in chunk.light)
     return Level(prefix, chunks, tuple(deform), tuple(c.project for c in made), tuple(shadow), light)
+
+
+def splat_planes(avatar: Avatar) -> int:
+    """Planes of buffer Splats: the last one holds normals that the mesh turns."""
+    return SPLAT_PLANES + (avatar.relight is not None and turned(avatar))
 
 
 def gaussian_runs(avatar: Avatar, coded: Coded, limit: int) -> tuple[Run, ...]:
     """Chunks of Gaussians, in which every buffer with one row per Gaussian is within `limit`."""
     sh = 3 * avatar.gaussians.sh.shape[1]
-    costs = [Cost(FLOAT4 * SPLAT_PLANES), Cost(WORD * sh), Cost(FLOAT4 * PROJECTED_PLANES)]
+    costs = [Cost(FLOAT4 * splat_planes(avatar)), Cost(WORD * sh), Cost(FLOAT4 * PROJECTED_PLANES)]
     costs.append(_cost(avatar, coded, BASE, ("geometry", "appearance")))
     if avatar.embedding is None:
         costs.append(_cost(avatar, coded, {}, ("corrective", "late", "skin")))
@@ -136,7 +141,8 @@ class _Chunk:
         self._prefix, self._index = prefix, index
         terms, names = avatar.gaussians.sh.shape[1], ("Splats", "Sh", "Projected")
         self.bound = {"Pose": "Pose", **{kind: self.name(kind) for kind in names}}
-        sizes = (FLOAT4 * SPLAT_PLANES, WORD * 3 * terms, FLOAT4 * PROJECTED_PLANES)
+        planes = splat_planes(avatar)
+        sizes = (FLOAT4 * planes, WORD * 3 * terms, FLOAT4 * PROJECTED_PLANES)
         self.buffers = [Buffer(self.name(k), size * run.count) for k, size in zip(names, sizes, strict=True)]
         self.blend = self._blend(terms)
         self.bind = self._skinned() if avatar.embedding is None else (self._embedded(),)
@@ -152,7 +158,7 @@ class _Chunk:
         )
 
         self.shadow = self._pass("shadow", SHADOW_ROWS)
-        self.light = None if avatar.relight is None else self._light(avatar.relight)
+        self.light = () if avatar.relight is None else self._light(avatar.relight)
 
     def name(self, kind: str) -> str:
         """The chunk's buffer of one kind."""
@@ -201,11 +207,12 @@ class _Chunk:
         own = {"sh_terms": terms, "weights": self.pose["weights"]}
         return self._pass("blend", {**own, **values}, static)
 
-    def _light(self, relight: Relight) -> Pass:
+    def _light(self, relight: Relight) -> tuple[Pass, ...]:
         building = Building(self.name("LightStatic"))
         self._dense(building, LIT)
         static, values = self._take(building, "LightStatic")
         own: dict[str, Constant] = {
+            "turned": int(turned(self.avatar)),
             "shadow_offset": "shadow_offset",
             **{f"turn_row{k}": f"light_turn_row{k}" for k in range(3)},
             **{f"capture_ambient{k}": (*map(float, row), 0.0) for k, row in enumerate(relight.ambient)},
@@ -213,7 +220,11 @@ class _Chunk:
             **{f"{what}{k}": f"light_{what}{k}" for what in ("place", "colour") for k in range(MOST_LIGHTS)},
             **SHADOW_ROWS,
         }
-        return self._pass("light", {**own, **values}, static)
+        lit = self._pass("light", {**own, **values}, static)
+        if not turned(self.avatar):
+            return (lit,)
+        bound = {"EmbedStatic": self.name("EmbedStatic"), **static}
+        return self._pass("light_normals", {**self.bind[0].constants, **values}, bound), lit
 
     def _embedded(self) -> Pass:
         avatar, e = self.avatar, self.avatar.embedding

@@ -14,8 +14,10 @@ import numpy.typing as npt
 
 from avatar_runtime.avatar import F32, F64, I64, U32, Avatar, Relight
 from avatar_runtime.light import SHADOW_SIZE, LightArrays
+from avatar_runtime.rotation import matrix_from_quat
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import Projected
+from avatar_runtime.stages.surface import Surface, triangle_shape, triangle_turns
 from avatar_schema import constants
 
 f32 = np.float32
@@ -31,15 +33,20 @@ def light(
     relight: Relight,
     lit: LightArrays,
     shadow: F32 | None,
+    facing: F32 | None = None,
 ) -> Projected:
     """`projected` with the colours that the splats have in the light `lit`.
 
-    shadow: what `shadow_map` gives, or None.
+    shadow: what `shadow_map` gives, or None. facing [N, 3]: what `turned_normals` gives; None: the Gaussians' own turn
+    their normals.
     """
     rgb = projected.rgb.copy()
     seen = np.flatnonzero(projected.radius > 0)
     x = splats.mean[seen]
-    n = normals(splats.quat_wxyz[seen], relight.normal[seen])
+    if facing is None:
+        n = normals(splats.quat_wxyz[seen], relight.normal[seen])
+    else:
+        n = unit(facing[seen])
     scene = ambient(n, lit.ambient[:, :3])
     for k in range(len(lit.place)):
         amount = direct(n, x, lit.place[k])
@@ -57,6 +64,23 @@ def _turned(n: F32, rows: F32) -> F32:
     """Normals [N, 3] turned by the rows [3, 4], term by term: the identity changes no bit."""
     x, y, z = n.T
     return np.stack([r[0] * x + r[1] * y + r[2] * z for r in rows], axis=1)
+
+
+def turned_normals(surface: Surface, relight: Relight, vertices: F32, world_from_avatar: F64) -> F32:
+    """[N, 3] normals in the world that turn with the triangles of the posed `vertices` [V, 3]."""
+    turn = world_from_avatar[:3, :3] @ axes_by_mesh(surface, vertices)
+    result: F32 = np.einsum("nij,nj->ni", turn, relight.normal.astype(np.float64)).astype(np.float32)
+    return result
+
+
+def axes_by_mesh(surface: Surface, vertices: F32) -> F64:
+    """[N, 3, 3] the axes that Gaussians would have if their triangles turned them, avatar space, as columns."""
+    e = surface.embedding
+    own = e.local_quat_wxyz.astype(np.float64)
+    own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), TINY)
+    turn = triangle_turns(surface, triangle_shape(vertices, e.triangles, surface.rules))[e.triangle]
+    result: F64 = matrix_from_quat(turn) @ matrix_from_quat(own)
+    return result
 
 
 def normals(quat_wxyz: F32, normal: F32) -> F32:

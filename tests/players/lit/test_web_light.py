@@ -43,7 +43,7 @@ from tests.players.web import (
     shot,
 )
 
-KIT = ("lit_head", "lit_world")
+KIT = ("lit_head", "lit_world", "lit_joints")
 SIZE = 160
 LIMIT, WITH_SHADOW = 1 / 255, 2 / 255
 SHARE = 0.995  # of the pixels of an image with a shadow: a texel may fall on the other side of an edge

@@ -63,7 +63,7 @@ def played(request: pytest.FixtureRequest, kit: Path, tmp_path_factory: pytest.T
             job.say("pose", 0, job.pose(own, pose))
             job.draw("restored")
         job.say("clear")
-    for name in ("lit_head", "lit_world"):
+    for name in ("lit_head", "lit_world", "lit_joints"):
         job.say("conform", kit / name, "cases")
     job.say("end")
     job.said = job.run(desk_program(request.param))

@@ -44,7 +44,9 @@ bool GpuStages::shadow(const Step& step, Arena& arena, Arrays& out) {
 
 bool GpuStages::light(const Step& step, Arena& arena, Arrays& out) {
     static const char* const names[] = {"rgb"};
-    if (!put_light(step) || !put(step, false, arena) || !put(step, true, arena)) return false;
+    const bool turned = step.inputs.find("posed_vertices") != nullptr;
+    if (!put_light(step) || (turned && !(put_mesh(step, "posed_vertices", arena) && run_stage("bind")))) return false;
+    if (!put(step, false, arena) || !put(step, true, arena)) return false;
     if (const Named* given = step.inputs.find("shadow")) {
         Span<float> map = arena.make<float>(map_texels);
         if (given->values.size != map_texels || map.size != map_texels) return false;

@@ -350,6 +350,31 @@ const Contract shadow_access = {
     {list_71, 2}, {nullptr, 0},
 };
 
+const StorageBuffer light_normals_storage[] = {
+    {"EmbedStatic", 0, 4, true}, {"LightStatic", 1, 4, true}, {"Triangles", 2, 16, true}, {"Splats", 3, 16, false},
+};
+const Member light_normals_members[] = {
+    {"world_quat_wxyz", 0, ConstantType::float4}, {"count", 16, ConstantType::uint},
+    {"triangles", 20, ConstantType::uint}, {"triangle_ids", 24, ConstantType::uint},
+    {"triangle_ids_width", 28, ConstantType::uint}, {"local_quat", 32, ConstantType::uint},
+    {"local_quat_width", 36, ConstantType::uint}, {"local_quat_scale", 40, ConstantType::uint},
+    {"normal", 44, ConstantType::uint}, {"normal_width", 48, ConstantType::uint},
+    {"normal_scale", 52, ConstantType::uint},
+};
+const Most list_72[] = {{"count", 4194240}, {"triangles", 4194240}};
+const char* const list_73[] = {"triangles"};
+const Same list_74[] = {{"Splats", {list_17, 1}}, {"Triangles", {list_73, 1}}};
+const Touched list_75[] = {{"Splats", "6*count", {nullptr, 0}}, {"Triangles", "3*triangles", {nullptr, 0}}};
+const SectionContract list_76[] = {
+    {"triangle_ids", "EmbedStatic", SectionKind::index, "count", "triangle_ids_width", {list_8, 3}, "triangles", 0, nullptr, nullptr, {nullptr, 0}},
+    {"local_quat", "EmbedStatic", SectionKind::linear, "4*count", "local_quat_width", {list_6, 4}, nullptr, 0, "local_quat_scale", "2*4", {nullptr, 0}},
+    {"normal", "LightStatic", SectionKind::linear, "3*count", "normal_width", {list_6, 4}, nullptr, 0, "normal_scale", "2*3", {nullptr, 0}},
+};
+const Contract light_normals_access = {
+    "count", {list_72, 2}, {nullptr, 0}, {nullptr, 0}, {nullptr, 0}, {list_74, 2}, "count", {nullptr, 0},
+    {list_75, 2}, {list_76, 3},
+};
+
 const StorageBuffer light_storage[] = {
     {"LightStatic", 0, 4, true}, {"Splats", 1, 16, true}, {"Shadow", 2, 4, true}, {"Projected", 3, 16, false},
 };
@@ -372,18 +397,21 @@ const Member light_members[] = {
     {"colour2", 448, ConstantType::float4}, {"colour3", 464, ConstantType::float4},
     {"shadow_row0", 480, ConstantType::float4}, {"shadow_row1", 496, ConstantType::float4},
     {"shadow_row2", 512, ConstantType::float4}, {"shadow_row3", 528, ConstantType::float4},
-    {"shadow_offset", 544, ConstantType::float4},
+    {"shadow_offset", 544, ConstantType::float4}, {"turned", 560, ConstantType::uint},
 };
-const Same list_72[] = {{"Splats", {list_17, 1}}, {"Projected", {list_17, 1}}};
-const Touched list_73[] = {
-    {"Splats", "5*count", {nullptr, 0}}, {"Projected", "3*count", {nullptr, 0}}, {"Shadow", "65536", {nullptr, 0}},
+const Values list_77[] = {{"turned", {list_25, 2}}};
+const Same list_78[] = {{"Splats", {list_17, 1}}, {"Projected", {list_17, 1}}};
+const Values list_79[] = {{"turned", {list_53, 1}}};
+const Touched list_80[] = {
+    {"Splats", "5*count", {nullptr, 0}}, {"Splats", "6*count", {list_79, 1}}, {"Projected", "3*count", {nullptr, 0}},
+    {"Shadow", "65536", {nullptr, 0}},
 };
-const SectionContract list_74[] = {
+const SectionContract list_81[] = {
     {"normal", "LightStatic", SectionKind::linear, "3*count", "normal_width", {list_6, 4}, nullptr, 0, "normal_scale", "2*3", {nullptr, 0}},
 };
 const Contract light_access = {
-    "count", {list_10, 1}, {nullptr, 0}, {nullptr, 0}, {nullptr, 0}, {list_72, 2}, "count", {nullptr, 0},
-    {list_73, 3}, {list_74, 1},
+    "count", {list_10, 1}, {list_77, 1}, {nullptr, 0}, {nullptr, 0}, {list_78, 2}, "count", {nullptr, 0},
+    {list_80, 4}, {list_81, 1},
 };
 
 const StorageBuffer sort_keys_storage[] = {{"Projected", 0, 16, true}, {"Pairs", 1, 8, false}};
@@ -422,13 +450,14 @@ const Interface interfaces[] = {
     {"shadow_clear", "shadow", 64, 8, 16, {shadow_clear_storage, 1}, {shadow_clear_members, 1}, &shadow_clear_access},
     {"shadow_mesh", "shadow", 64, 8, 128, {shadow_mesh_storage, 3}, {shadow_mesh_members, 11}, &shadow_mesh_access},
     {"shadow", "shadow", 64, 8, 80, {shadow_storage, 2}, {shadow_members, 5}, &shadow_access},
-    {"light", "light", 64, 8, 560, {light_storage, 4}, {light_members, 38}, &light_access},
+    {"light_normals", "light", 64, 8, 64, {light_normals_storage, 4}, {light_normals_members, 11}, &light_normals_access},
+    {"light", "light", 64, 8, 576, {light_storage, 4}, {light_members, 39}, &light_access},
     {"sort_keys", "sort", 64, 8, 16, {sort_keys_storage, 2}, {sort_keys_members, 2}, nullptr},
     {"sort_count", "sort", 64, 8, 16, {sort_count_storage, 2}, {sort_count_members, 3}, nullptr},
     {"sort_scan", "sort", 128, 8, 16, {sort_scan_storage, 1}, {sort_scan_members, 1}, nullptr},
     {"sort_scatter", "sort", 64, 8, 16, {sort_scatter_storage, 3}, {sort_scatter_members, 3}, nullptr},
     {"raster_gather", "raster", 64, 8, 32, {raster_gather_storage, 3}, {raster_gather_members, 6}, nullptr},
 };
-const uint32_t interface_count = 18;
+const uint32_t interface_count = 19;
 
 }  // namespace avatar

@@ -33,7 +33,7 @@ const PassKind mesh_kind = {"mesh", {"morph", "skin"}, 2, {}, 0};
 const PassKind deform_kind = {"deform", {"blend", "bind", "activate"}, 3, {"world_", "group_"}, 2};
 const PassKind view_kind = {"view", {"project"}, 1, {"camera_", "clip_", "eye", "tan_half_fov", "image_size"}, 5};
 const PassKind shadow_kind = {"shadow", {"shadow"}, 1, {"shadow_row", "world_row"}, 2};
-const PassKind light_kind = {"light", {"light"}, 1, {"light_", "shadow_"}, 2};
+const PassKind light_kind = {"light", {"light"}, 1, {"light_", "shadow_", "world_quat"}, 3};
 
 /// A constant on which passes agree.
 struct Agreed {

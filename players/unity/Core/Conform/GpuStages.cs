@@ -130,6 +130,10 @@ namespace AvatarExport.Core {
 
         private Dictionary<string, double[]> Light(Dictionary<string, double[]> x) {
             PutLight(x);
+            if (x.ContainsKey("posed_vertices")) {
+                buffers.PutMesh(x["posed_vertices"]);
+                Run("bind"); // turns triangles
+            }
             buffers.PutSplats(x);
             buffers.PutProjected(x);
             if (x.ContainsKey("shadow")) buffers.Write("Shadow", CpuStages.Floats(x["shadow"]));

@@ -365,6 +365,31 @@ namespace AvatarExport.Core {
                     Elements = { ["Splats"] = new[] { new Touched { Elements = "5*count" } },
                         ["Shadow"] = new[] { new Touched { Elements = "65536" } } },
                 }),
+            ["light_normals"] = new Interface(
+                "light",
+                new[] { new StorageBuffer("EmbedStatic", 4, true), new StorageBuffer("LightStatic", 4, true),
+                    new StorageBuffer("Triangles", 16, true), new StorageBuffer("Splats", 16, false) },
+                "world_quat_wxyz:float4 count triangles triangle_ids triangle_ids_width local_quat " +
+                "local_quat_width local_quat_scale normal normal_width normal_scale",
+                new Contract {
+                    Rows = "count",
+                    Most = { ["count"] = 4194240, ["triangles"] = 4194240 },
+                    Chunk = "count",
+                    Same = { ["Splats"] = new[] { "count" }, ["Triangles"] = new[] { "triangles" } },
+                    Elements = { ["Splats"] = new[] { new Touched { Elements = "6*count" } },
+                        ["Triangles"] = new[] { new Touched { Elements = "3*triangles" } } },
+                    Sections = {
+                        ["triangle_ids"] = new SectionContract { Buffer = "EmbedStatic", Kind = "index",
+                            Elements = "count", Width = "triangle_ids_width", Widths = new[] { 8, 16, 32 },
+                            Below = "triangles" },
+                        ["local_quat"] = new SectionContract { Buffer = "EmbedStatic", Kind = "linear",
+                            Elements = "4*count", Width = "local_quat_width", Widths = new[] { 0, 8, 16, 32 },
+                            Scale = "local_quat_scale", Floats = "2*4" },
+                        ["normal"] = new SectionContract { Buffer = "LightStatic", Kind = "linear",
+                            Elements = "3*count", Width = "normal_width", Widths = new[] { 0, 8, 16, 32 },
+                            Scale = "normal_scale", Floats = "2*3" },
+                    },
+                }),
             ["light"] = new Interface(
                 "light",
                 new[] { new StorageBuffer("LightStatic", 4, true), new StorageBuffer("Splats", 16, true),
@@ -377,15 +402,17 @@ namespace AvatarExport.Core {
                 "scene_ambient5:float4 scene_ambient6:float4 scene_ambient7:float4 scene_ambient8:float4 " +
                 "place0:float4 place1:float4 place2:float4 place3:float4 colour0:float4 colour1:float4 " +
                 "colour2:float4 colour3:float4 shadow_row0:float4 shadow_row1:float4 shadow_row2:float4 " +
-                "shadow_row3:float4 shadow_offset:float4",
+                "shadow_row3:float4 shadow_offset:float4 turned",
                 new Contract {
                     Rows = "count",
                     Most = { ["count"] = 4194240 },
                     Chunk = "count",
                     Same = { ["Splats"] = new[] { "count" }, ["Projected"] = new[] { "count" } },
-                    Elements = { ["Splats"] = new[] { new Touched { Elements = "5*count" } },
+                    Elements = { ["Splats"] = new[] { new Touched { Elements = "5*count" },
+                        new Touched { Elements = "6*count", When = { ["turned"] = new[] { 1 } } } },
                         ["Projected"] = new[] { new Touched { Elements = "3*count" } },
                         ["Shadow"] = new[] { new Touched { Elements = "65536" } } },
+                    Values = { ["turned"] = new[] { 0, 1 } },
                     Sections = {
                         ["normal"] = new SectionContract { Buffer = "LightStatic", Kind = "linear",
                             Elements = "3*count", Width = "normal_width", Widths = new[] { 0, 8, 16, 32 },

@@ -335,7 +335,7 @@ namespace AvatarExport.Core {
         public static readonly PassKind View =
             new PassKind(new[] { "project" }, "camera_", "clip_", "eye", "tan_half_fov", "image_size");
         public static readonly PassKind Shadow = new PassKind(new[] { "shadow" }, "shadow_row", "world_row");
-        public static readonly PassKind Light = new PassKind(new[] { "light" }, "light_", "shadow_");
+        public static readonly PassKind Light = new PassKind(new[] { "light" }, "light_", "shadow_", "world_quat");
 
         public readonly string[] Stages; // in their order
         public readonly string[] Sources; // beginnings of names of the frame

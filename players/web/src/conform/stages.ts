@@ -79,6 +79,11 @@ const STAGES: Readonly<Record<string, Stage>> = {
     return { shadow: await runner.read("Shadow") };
   },
   async light(runner, x) {
+    if (x["posed_vertices"] !== undefined) {
+      writeMesh(runner, x["posed_vertices"]);
+      setTransforms(runner.values, x);
+      await runner.run("bind"); // turns triangles
+    }
     put(runner, "Splats", x);
     put(runner, "Projected", x);
     setLight(runner.values, x);

@@ -27,7 +27,7 @@ const SOURCES = {
   deform: ["world_", "group_"],
   view: ["camera_", "clip_", "eye", "tan_half_fov", "image_size"],
   shadow: ["shadow_row", "world_row"],
-  light: ["light_", "shadow_"],
+  light: ["light_", "shadow_", "world_quat"],
 };
 const TABLE = "group_"; // names that begin so have a row a group
 const SOURCE = /^([a-z0-9_]+)(?:\[([0-9]{1,9})\])?$/;

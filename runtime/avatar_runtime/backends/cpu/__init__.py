@@ -19,6 +19,7 @@ from avatar_runtime.backends.cpu.deform import inputs as kernel_inputs
 from avatar_runtime.backends.cpu.deform import mesh as mesh_kernels
 from avatar_runtime.backends.cpu.deform import single_stage
 from avatar_runtime.backends.cpu.deform.bindings import Binding, EmbeddedBinding, SkinnedBinding
+from avatar_runtime.backends.cpu.deform.facing import Facing
 from avatar_runtime.backends.cpu.draw.frame import RUN as DRAW_RUN
 from avatar_runtime.backends.cpu.draw.frame import draw
 from avatar_runtime.backends.cpu.draw.light import Lit, light
@@ -43,7 +44,7 @@ from avatar_runtime.backends.cpu.rotation import (
 )
 from avatar_runtime.backends.cpu.threads import thread_count, using
 from avatar_runtime.camera import Camera
-from avatar_runtime.light import LightArrays
+from avatar_runtime.light import LightArrays, turned
 from avatar_runtime.posed import Clock, Posed
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.light import casting
@@ -80,6 +81,7 @@ class CpuBackend:
         binding = SkinnedBinding if avatar.embedding is None else EmbeddedBinding
         self._binding: Binding = binding(avatar, self._blendable)
         self._out = kernel_inputs.fresh_out(*self._blendable.base.sh.shape)
+        self._facing = Facing(avatar) if avatar.relight is not None and turned(avatar) else None
         self._turn = threading.Lock()  # held while _out is written or read
 
     def mesh(self, posed: Posed, clock: Clock) -> F32:
@@ -119,9 +121,13 @@ class CpuBackend:
                 vertices = self.mesh(posed, clock)
             mesh = casting(self.avatar, vertices, posed.world_from_avatar)
             shadow = clock.timed("shadow", lambda: shadow_map(splats, given, mesh, workers))
-        lit = Lit.of(relight, given, shadow)
+        quat, normal = splats.quat_wxyz, None
+        if self._facing is not None and vertices is not None:
+            facing, world = self._facing, posed.world_from_avatar
+            quat, normal = facing.quat_wxyz, clock.timed("light", lambda: facing.normals(vertices, world))
+        lit = Lit.of(relight, given, shadow, normal)
         return lambda screen: clock.timed(
-            "light", lambda: light(splats.mean, splats.quat_wxyz, lit, screen.splats, screen.radius, workers)
+            "light", lambda: light(splats.mean, quat, lit, screen.splats, screen.radius, workers)
         )
 
     def release(self) -> None:

@@ -255,7 +255,7 @@ class Interpreter:
         world = world_from_avatar.astype(np.float32)
         placed: dict[str, Array] = {f"world_row{i}": world[i] for i in range(3)}
         placed["world_quat_wxyz"] = quat_from_matrix(world[:3, :3])
-        for passes in (self.deforming, self.shadowing):
+        for passes in (self.deforming, self.shadowing, self.lighting):
             passes.set(placed)
 
     def upload_mesh(self, vertices: F32) -> None:

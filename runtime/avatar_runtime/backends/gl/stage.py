@@ -109,6 +109,10 @@ def _shadow(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | N
 
 
 def _light(player: Interpreter, drawing: Drawing, x: Arrays, camera: Camera | None) -> Outputs:
+    if "posed_vertices" in x:
+        player.set_world(x["world_from_avatar"])
+        player.upload_mesh(x["posed_vertices"])
+        _run(player, "bind")
     put_splats(player.chunks, x)
     put_projected(player.chunks, x)
     player.set_light(LightArrays.of(x))

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from avatar_runtime.avatar import F32, I64, U32, Avatar, RasterSettings
 from avatar_runtime.backends import Arrays
 from avatar_runtime.backends.cpu.arrays import read_only
+from avatar_runtime.backends.cpu.deform.facing import Facing
 from avatar_runtime.backends.cpu.draw.light import Lit, light
 from avatar_runtime.backends.cpu.draw.project import project
 from avatar_runtime.backends.cpu.draw.raster import composite_tiles
@@ -28,7 +29,7 @@ from avatar_runtime.backends.cpu.draw.shadow import shadow_map
 from avatar_runtime.backends.cpu.draw.sort import sort
 from avatar_runtime.backends.cpu.draw.tiles import tile_lists
 from avatar_runtime.camera import Camera
-from avatar_runtime.light import SHADOW_SIZE, LightArrays
+from avatar_runtime.light import SHADOW_SIZE, LightArrays, turned
 from avatar_runtime.posed import Clock
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.light import casting
@@ -168,8 +169,12 @@ def _light(avatar: Avatar, x: Arrays, camera: Camera | None, profile: str, threa
     shadow = x["shadow"].reshape(SHADOW_SIZE, SHADOW_SIZE) if "shadow" in x else None
     rows = np.zeros((n, COLUMNS), np.float32)
     rows[:, RED : RED + 3] = x["rgb"]
-    lit = Lit.of(avatar.relight, LightArrays.of(x), shadow)
-    light(x["mean"], x["quat_wxyz"], lit, rows, x["radius"], threads)
+    quat, normal = x["quat_wxyz"], None
+    if turned(avatar):
+        facing = Facing(avatar)
+        quat, normal = facing.quat_wxyz, facing.normals(x["posed_vertices"], x["world_from_avatar"])
+    lit = Lit.of(avatar.relight, LightArrays.of(x), shadow, normal)
+    light(x["mean"], quat, lit, rows, x["radius"], threads)
     return {"rgb": rows[:, RED : RED + 3]}
 
 

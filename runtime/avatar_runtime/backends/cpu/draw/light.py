@@ -36,7 +36,7 @@ SCALE, OFFSET, GAMMA, INVERSE_GAMMA = f32(1.055), f32(0.055), f32(2.4), f32(1 / 
 class Lit(NamedTuple):
     """The lights of a scene and of the capture, as the kernel takes them."""
 
-    normal: F32  # [N, 3] in the axes of each splat
+    normal: F32  # [N, 3], which quat_wxyz turns into the world
     ambient: F32  # [9, 4]
     captured: F32  # [9, 3]
     turn: F32  # [3, 4] frame that the captured light moves with from world
@@ -47,11 +47,11 @@ class Lit(NamedTuple):
     shadow: F32  # [S, S], or [0, 0]: there is none
 
     @staticmethod
-    def of(relight: Relight, given: LightArrays, shadow: F32 | None) -> Lit:
-        """The arrays of both; lights after the last one that is not black are left out."""
+    def of(relight: Relight, given: LightArrays, shadow: F32 | None, normal: F32 | None = None) -> Lit:
+        """The arrays of both; lights after the last one that is not black are left out. `normal`: in place of its."""
         lights = int(np.flatnonzero(given.colour.any(axis=1)).max(initial=-1)) + 1
         seen = np.zeros((0, 0), np.float32) if shadow is None or not given.shadow_offset[2] else shadow
-        arrays = [relight.normal, given.ambient, relight.ambient, given.turn]
+        arrays = [relight.normal if normal is None else normal, given.ambient, relight.ambient, given.turn]
         arrays += (given.place[:lights], given.colour[:lights], given.shadow_row, given.shadow_offset, seen)
         return Lit(*map(read_only, arrays))
 
