@@ -59,12 +59,12 @@ const OTHERS = [["plain", "nearer"], ["nearer", "farther"], ["farther", "placed"
 
 // Options are spread over the engines; ADAPTERS=all adds the rest.
 const ENGINES = [
-  { stage: "three", api: "webgl2", antialias: true },
+  { stage: "three", api: "webgl2", antialias: true, shadows: true },
   { stage: "three", api: "webgpu", linear: true },
-  { stage: "babylon", api: "webgl2", target: true },
+  { stage: "babylon", api: "webgl2", target: true, shadows: true },
   { stage: "babylon", api: "webgpu", target: true, antialias: true },
   { stage: "playcanvas", api: "webgl2", synchronous: true, antialias: true },
-  { stage: "playcanvas", api: "webgpu", antialias: true },
+  { stage: "playcanvas", api: "webgpu", antialias: true, shadows: true },
 ];
 const REST = [
   { stage: "three", api: "webgl2", reversed: true },

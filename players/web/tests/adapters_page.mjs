@@ -1,11 +1,13 @@
 // Scenes of engines in pages, for adapters.test.mjs and lit/adapters.test.mjs.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { HERE, PACKS, PAGE, launch, open, scriptOf, serve } from "./browser.mjs";
 
 const MOLE = join(PACKS, "../../mole"); // a head with a mole on its left cheek, in both frames
 const FILES = { "/first.avatar": join(PACKS, "joints.avatar"), "/second.avatar": join(PACKS, "surface.avatar") };
 if (process.env.LIT) FILES["/lit.avatar"] = process.env.LIT; // a pack that can be lit
+if (process.env.CASTS) for (const { file, path } of JSON.parse(readFileSync(process.env.CASTS))) FILES[file] = path;
 for (const hand of ["right", "left"]) FILES[`/${hand}.avatar`] = join(MOLE, `${hand}.avatar`);
 export const SIZE = 128;
 export const DISTANCE = 0.6; // of the camera

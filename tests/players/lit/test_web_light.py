@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,13 +18,15 @@ from avatar_export.packing.steps import Fineness
 from avatar_export.packing.write import driving_facts, pack, prepare, write
 from avatar_export.relight import relightable
 from avatar_runtime.avatar import F32, Avatar
+from avatar_runtime.backends.reference import ReferenceBackend
 from avatar_runtime.camera import Camera
 from avatar_runtime.clips import frame_pose
 from avatar_runtime.handedness import mirrored, mirrored_pose
 from avatar_runtime.light import ambient_of, light_of
 from avatar_runtime.packs import decode_pack
 from avatar_runtime.player import Player
-from avatar_runtime.pose import Pose, joint_rotation
+from avatar_runtime.pose import Pose, joint_rotation, resolve
+from avatar_runtime.posed import Clock, Poser
 from tests.avatars import full_avatar
 from tests.conformance.avatars import AVATARS as KIT_AVATARS
 from tests.conformance.cases import cases_of
@@ -172,3 +175,51 @@ def test_lights_of_engines_reach_a_head(browser: str, more: dict[str, str], tmp_
     )
     lit.write_bytes(write(prepare([head], Fineness())).file)
     run_node_test("lit/adapters.test.mjs", environment_of(browser), LIT=str(lit), **more)
+
+
+@pytest.mark.parametrize(("browser", "more"), ENGINES)
+def test_avatars_cast_shadows_in_engines(browser: str, more: dict[str, str], tmp_path: Path) -> None:
+    """Heads bound to a mesh and skinned ones, in the dark and for a left-handed host."""
+    surface, skinned = (AVATARS[name].load(tmp_path) for name in ("head_splatting", "head_blendshapes"))
+    files = {
+        "surface": write(prepare([surface], Fineness())).file,
+        "left": write(prepare([mirrored(skinned)], Fineness()), handedness="left").file,
+    }
+    told = tmp_path / "casts.json"
+    told.write_text(json.dumps([cast(name, file, tmp_path) for name, file in files.items()]))
+    run_node_test("lit/shadows.test.mjs", environment_of(browser), CASTS=str(told), **more)
+
+
+def cast(name: str, file: bytes, folder: Path) -> dict[str, Any]:
+    """A pack, a pose, and its mesh in both frames of the pose, right-handed."""
+    path = folder / f"{name}.avatar"
+    path.write_bytes(file)
+    avatar = decode_pack(file, name).avatar
+    person = mirrored(avatar) if name == "left" else avatar
+    mesh = person.embedding or person.rig
+    assert mesh is not None
+    turn = {"neck": (0.3, 0.8, -0.4)}
+    pose = Pose(
+        {"jawOpen": 1.0},
+        {joint: joint_rotation(vector) for joint, vector in turn.items()},
+        world_from_avatar=TURNED.world_from_avatar,
+    )
+    said = {"joints": turn, "expressions": pose.expressions, "world": pose.world_from_avatar.ravel().tolist()}
+    return {
+        "file": f"/casts/{name}.avatar",
+        "path": str(path),
+        "pose": said,
+        "triangles": mesh.triangles.tolist(),
+        "rest": posed_mesh(person, Pose()),
+        "posed": posed_mesh(person, pose),
+    }
+
+
+def posed_mesh(avatar: Avatar, pose: Pose) -> list[list[float]]:
+    """[V, 3] in the world, by the NumPy stages."""
+    posed = Poser(avatar).posed(resolve(pose, avatar))
+    world = posed.world_from_avatar
+    vertices: list[list[float]] = (
+        ReferenceBackend(avatar).mesh(posed, Clock()) @ world[:3, :3].T + world[:3, 3]
+    ).tolist()
+    return vertices

@@ -8,9 +8,12 @@ import type { Avatar } from "../avatar.js";
 import type { Camera as Seen } from "../camera.js";
 import { Crowd, type AvatarHost, type AvatarSceneOptions } from "../engine/host.js";
 import { SceneLights } from "../engine/lights.js";
+import type { Rigs } from "../engine/rig_mesh.js";
+import { rigsFor } from "../engine/rigs.js";
 import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
+import { ShadowCaster } from "./caster.js";
 import { hostOf } from "./host.js";
 import { collect, FALLOFF } from "./lights.js";
 
@@ -19,13 +22,19 @@ import { collect, FALLOFF } from "./lights.js";
  * hides it, and `scene.removeTransformNode` does until it is added again.
  */
 export class AvatarNode extends TransformNode {
+  /** For `ShadowGenerator.addShadowCaster`; null: `shadows` was not asked for, or the avatar has no mesh. */
+  readonly shadowCaster: ShadowCaster | null = null;
+
   /** @internal `AvatarScene.addAvatar` makes them. */
   constructor(
     private readonly instance: Instance,
     scene: Scene,
+    rigs: Rigs | null,
     private readonly free: (one: AvatarNode) => void,
   ) {
     super(instance.avatar.name, scene);
+    const rig = rigs?.add(instance.avatar);
+    if (rig) this.shadowCaster = new ShadowCaster(this, rig, instance.pose);
   }
 
   override getClassName(): string {
@@ -63,6 +72,7 @@ export class AvatarNode extends TransformNode {
   /** Takes the avatar out of the scene and frees what it holds on the GPU. */
   override dispose(doNotRecurse?: boolean, disposeMaterialAndTextures?: boolean): void {
     this.free(this);
+    this.shadowCaster?.dispose();
     super.dispose(doNotRecurse, disposeMaterialAndTextures);
   }
 
@@ -84,13 +94,17 @@ export class AvatarScene {
     readonly scene: Scene,
     host: AvatarHost<Scene>,
     lights: boolean,
+    private readonly rigs: Rigs | null,
   ) {
+    const isShown = (head: AvatarNode): boolean => head.isEnabled() && scene.transformNodes.includes(head);
     const place = (head: AvatarNode, instance: Instance): void => {
-      instance.visible = head.isEnabled() && scene.transformNodes.includes(head);
+      instance.visible = isShown(head);
       setPlace(instance.place, head.getWorldMatrix().m, !scene.useRightHandedSystem);
     };
     this.crowd = new Crowd(host, place, lights ? new SceneLights(FALLOFF) : null, collect);
+    const cast = (head: AvatarNode): void => head.shadowCaster?.takePose(isShown(head));
     this.observers = [
+      scene.onBeforeRenderTargetsRenderObservable.add(() => this.crowd.each(cast)),
       scene.onAfterDrawPhaseObservable.add(() => this.crowd.draw(scene)),
       scene.onDisposeObservable.add(() => this.dispose()),
     ];
@@ -99,8 +113,9 @@ export class AvatarScene {
   /** Throws AvatarError where the engine of the scene cannot draw avatars. */
   static async create(scene: Scene, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
+    const rigs = await rigsFor(options);
     const host = await hostOf(scene, options.synchronous ?? false, () => made?.onChangeObservable.notifyObservers(made));
-    return (made = new AvatarScene(scene, host, options.lights ?? true));
+    return (made = new AvatarScene(scene, host, options.lights ?? true, rigs));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */
@@ -111,7 +126,7 @@ export class AvatarScene {
   /** Puts an avatar into the scene. Throws AvatarError where it exceeds a limit of the GPU, or has no such level. */
   addAvatar(avatar: Avatar, options: { readonly level?: number } = {}): AvatarNode {
     const free = (one: AvatarNode): void => this.crowd.remove(one);
-    return this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarNode(instance, this.scene, free));
+    return this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarNode(instance, this.scene, this.rigs, free));
   }
 
   /** Resolves when all that the last picture asked for is computed. On WebGL2, the next picture shows it. */

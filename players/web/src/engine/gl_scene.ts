@@ -12,6 +12,12 @@ import { GlState } from "./gl_state.js";
 import type { AvatarHost } from "./host.js";
 import { EngineView } from "./view.js";
 
+// For rig_mesh.ts: if it imported them by itself, the scripts of the tag would be cut into more, which compress worse.
+export { Poser } from "../pose/poser.js";
+export { copied } from "../uniforms.js";
+export { KernelScene, kernelProgram } from "../webgl2/kernel_scene.js";
+export { kernelModule };
+
 const BLOCKS = 2; // uniform blocks that GlDraw binds
 const UPWARDS = -1; // row 0 of the target is at the bottom of OpenGL's clip space
 

@@ -15,6 +15,11 @@ export interface AvatarSceneOptions {
   readonly synchronous?: boolean;
   /** The default true lets the lights of the scene fall on avatars that were packed with `--relight`. */
   readonly lights?: boolean;
+  /**
+   * Avatars cast shadows onto the scene: each brings the mesh of its rig, which only shadow maps see. One without a mesh
+   * casts none. The default is false.
+   */
+  readonly shadows?: boolean;
 }
 
 /** Avatars on the GPU of an engine. `Seen` is the engine's camera, or what has one. */
@@ -54,10 +59,15 @@ export class Crowd<Node extends object, Seen> {
   /** Throws AvatarError where the avatar exceeds a limit of the GPU, has no such level, and after `dispose`. */
   add(avatar: Avatar, level: number, node: (instance: Instance) => Node): Node {
     const instance = this.made.add(avatar, level);
-    const made = node(instance);
-    this.nodes.push(made);
-    this.instances.push(instance);
-    return made;
+    try {
+      const made = node(instance);
+      this.nodes.push(made);
+      this.instances.push(instance);
+      return made;
+    } catch (error) {
+      instance.dispose();
+      throw error;
+    }
   }
 
   /** Frees what a node holds on the GPU. */
@@ -66,6 +76,11 @@ export class Crowd<Node extends object, Seen> {
     if (at < 0) return;
     this.nodes.splice(at, 1);
     this.instances.splice(at, 1)[0]?.dispose();
+  }
+
+  /** Calls `run` for each node. */
+  each(run: (node: Node) => void): void {
+    for (let i = 0; i < this.nodes.length; i++) run(this.nodes[i] as Node);
   }
 
   draw(seen: Seen): void {

@@ -5,15 +5,18 @@ import type { Avatar } from "../avatar.js";
 import type { Camera as Seen } from "../camera.js";
 import { Crowd, type AvatarHost, type AvatarSceneOptions as SharedOptions } from "../engine/host.js";
 import { SceneLights } from "../engine/lights.js";
+import type { Rigs } from "../engine/rig_mesh.js";
+import { rigsFor } from "../engine/rigs.js";
 import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
+import { ShadowCaster } from "./caster.js";
 import { hostOf } from "./host.js";
 import { collect, FALLOFF } from "./lights.js";
 
 /** Options of `AvatarScene.create`. */
 export interface AvatarSceneOptions extends SharedOptions {
-  /** The layer after whose transparent meshes avatars are drawn. The default is World. */
+  /** The layer after whose transparent meshes avatars are drawn, and whose lights see what casts their shadows. The default is World. */
   readonly layer?: number;
 }
 
@@ -22,13 +25,20 @@ export interface AvatarSceneOptions extends SharedOptions {
  * enabled and below the root of the application.
  */
 export class AvatarNode extends Entity {
+  /** @internal null: it casts no shadow. */
+  readonly caster: ShadowCaster | null = null;
+
   /** @internal `AvatarScene.addAvatar` makes them. */
   constructor(
     private readonly instance: Instance,
     app: AppBase,
+    layer: number,
+    rigs: Rigs | null,
     private readonly free: (one: AvatarNode) => void,
   ) {
     super(instance.avatar.name, app);
+    const rig = rigs?.add(instance.avatar);
+    if (rig) this.caster = new ShadowCaster(app, layer, this, rig, instance.pose);
   }
 
   get avatar(): Avatar {
@@ -62,6 +72,7 @@ export class AvatarNode extends Entity {
   /** Removes the avatar from the scene and frees what it holds on the GPU. */
   override destroy(): void {
     this.free(this);
+    this.caster?.destroy();
     super.destroy();
   }
 
@@ -80,16 +91,20 @@ export class AvatarScene extends EventHandler {
   private constructor(
     readonly app: AppBase,
     host: AvatarHost<CameraComponent>,
-    drawnAfter: number,
+    private readonly drawnAfter: number,
     lights: boolean,
+    private readonly rigs: Rigs | null,
   ) {
     super();
+    const isShown = (head: AvatarNode): boolean => head.enabled && head.isDescendantOf(app.root);
     const place = (head: AvatarNode, instance: Instance): void => {
-      instance.visible = head.enabled && head.isDescendantOf(app.root);
+      instance.visible = isShown(head);
       setPlace(instance.place, head.getWorldTransform().data, false);
     };
     this.crowd = new Crowd(host, place, lights ? new SceneLights(FALLOFF) : null, (into) => collect(into, app, drawnAfter));
+    const cast = (head: AvatarNode): void => head.caster?.takePose(isShown(head));
     this.handles = [
+      app.on("prerender", () => this.crowd.each(cast)),
       app.scene.on("postrender:layer", (camera: CameraComponent, layer: Layer, transparent: boolean) => {
         if (transparent && layer.id === drawnAfter) this.crowd.draw(camera);
       }),
@@ -101,8 +116,9 @@ export class AvatarScene extends EventHandler {
   static async create(app: AppBase, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
     const layer = options.layer ?? LAYERID_WORLD;
+    const rigs = await rigsFor(options);
     const host = await hostOf(app, layer, options.synchronous ?? false, () => made?.fire("change"));
-    return (made = new AvatarScene(app, host, layer, options.lights ?? true));
+    return (made = new AvatarScene(app, host, layer, options.lights ?? true, rigs));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */
@@ -113,7 +129,7 @@ export class AvatarScene extends EventHandler {
   /** Puts an avatar under the root. Throws AvatarError where it exceeds a limit of the GPU, or has no such level. */
   addAvatar(avatar: Avatar, options: { readonly level?: number } = {}): AvatarNode {
     const free = (one: AvatarNode): void => this.crowd.remove(one);
-    const head = this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarNode(instance, this.app, free));
+    const head = this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarNode(instance, this.app, this.drawnAfter, this.rigs, free));
     this.app.root.addChild(head);
     return head;
   }

@@ -6,9 +6,12 @@ import type { Avatar } from "../avatar.js";
 import type { Camera as Seen } from "../camera.js";
 import { Crowd, type AvatarHost, type AvatarSceneOptions } from "../engine/host.js";
 import { SceneLights } from "../engine/lights.js";
+import type { Rigs } from "../engine/rig_mesh.js";
+import { rigsFor } from "../engine/rigs.js";
 import { seenAs, setPlace } from "../engine/view.js";
 import type { Instance } from "../instance.js";
 import type { Pose } from "../pose/pose.js";
+import { ShadowCaster } from "./caster.js";
 import { hostOf } from "./host.js";
 import { collector, FALLOFF } from "./lights.js";
 
@@ -21,14 +24,21 @@ const LAST = 1e6; // render order: after the transparent meshes
 export class AvatarObject extends Object3D {
   readonly isAvatarObject = true;
   override readonly type = "AvatarObject";
+  private readonly caster: ShadowCaster | null = null;
 
   /** @internal `AvatarScene.addAvatar` makes them. */
   constructor(
     private readonly instance: Instance,
     private readonly crowd: Crowd<AvatarObject, Camera>,
+    private readonly rigs: Rigs | null,
   ) {
     super();
     this.name = instance.avatar.name;
+    const rig = rigs?.add(instance.avatar);
+    if (!rig) return;
+    this.caster = new ShadowCaster(rig, instance.pose);
+    this.caster.layers = this.layers;
+    this.add(this.caster);
   }
 
   get avatar(): Avatar {
@@ -61,14 +71,22 @@ export class AvatarObject extends Object3D {
 
   /** Another object of the avatar, as this one is placed and posed now. It has no parent. */
   override clone(recursive?: boolean): this {
-    const other = this.crowd.add(this.avatar, this.level, (instance) => new AvatarObject(instance, this.crowd));
+    const other = this.crowd.add(this.avatar, this.level, (instance) => new AvatarObject(instance, this.crowd, this.rigs));
     other.pose.copy(this.pose);
     return other.copy(this, recursive) as this;
+  }
+
+  /** As that of any object; each avatar keeps what casts its own shadow. */
+  override copy(source: Object3D, recursive = true): this {
+    super.copy(source, false);
+    if (recursive) for (const child of source.children) if (!(child instanceof ShadowCaster)) this.add(child.clone());
+    return this;
   }
 
   /** Removes the avatar from its parent and frees what it holds on the GPU. It is not drawn again. */
   override dispose(): void {
     this.removeFromParent();
+    this.caster?.dispose();
     this.crowd.remove(this);
     super.dispose();
   }
@@ -93,7 +111,7 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial, AvatarS
   private readonly crowd: Crowd<AvatarObject, Camera>;
   private rendered: Object3D | null = null; // the scene of the picture in hand
 
-  private constructor(host: AvatarHost<Camera>, lights: boolean) {
+  private constructor(host: AvatarHost<Camera>, lights: boolean, private readonly rigs: Rigs | null) {
     super(nothing(), new MeshBasicMaterial({ transparent: true, colorWrite: false, depthWrite: false, depthTest: false }));
     this.name = "avatars";
     this.frustumCulled = false;
@@ -115,8 +133,9 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial, AvatarS
   /** Throws AvatarError where the renderer cannot draw avatars. */
   static async create(renderer: WebGLRenderer | WebGPURenderer, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
+    const rigs = await rigsFor(options);
     const host = await hostOf(renderer, options.synchronous ?? false, () => made?.dispatchEvent({ type: "change" }));
-    return (made = new AvatarScene(host, options.lights ?? true));
+    return (made = new AvatarScene(host, options.lights ?? true, rigs));
   }
 
   /** Resolves with a reason when no more avatars can be drawn. */
@@ -129,7 +148,7 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial, AvatarS
    * the avatar exceeds a limit of the GPU, or has no such level.
    */
   addAvatar(avatar: Avatar, options: { readonly level?: number } = {}): AvatarObject {
-    const head = this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarObject(instance, this.crowd));
+    const head = this.crowd.add(avatar, options.level ?? 0, (instance) => new AvatarObject(instance, this.crowd, this.rigs));
     this.add(head);
     return head;
   }

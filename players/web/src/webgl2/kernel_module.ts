@@ -10,7 +10,7 @@ export async function kernelModule(): Promise<WebAssembly.Module> {
   } catch {
     // The module is sound, so what is thrown is a refusal.
     throw new AvatarError(
-      "this page's Content-Security-Policy forbids WebAssembly, which draws without WebGPU; add 'wasm-unsafe-eval' to its script-src",
+      "this page's Content-Security-Policy forbids WebAssembly, needed for WebGL2 and shadows; add 'wasm-unsafe-eval' to its script-src",
       { field: "WebGL2" },
     );
   }

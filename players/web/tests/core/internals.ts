@@ -5,6 +5,7 @@ export { checkProgram } from "../../src/pack/check.js";
 export { contentOf } from "../../src/pack/content.js";
 export { SHADERS } from "../../src/pack/versions.js";
 export { quatFromMatrix, setRotation } from "../../src/pose/affine.js";
+export { Rigs } from "../../src/engine/rig_mesh.js";
 export { Anchors } from "../../src/pose/anchors.js";
 export { kernelModule } from "../../src/webgl2/kernel_module.js";
 export { LocalPort } from "../../src/webgl2/local_port.js";

@@ -18,11 +18,12 @@ import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import { AvatarScene } from "../../../src/babylon.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, setPose, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new Color3(r / 255, g / 255, b / 255);
 
-function lampOf({ kind, colour, intensity, casts = false, ...where }, scene) {
+/** A light; `heads`: what casts. */
+function lampOf({ kind, colour, intensity, casts = false, ...where }, scene, heads) {
   const vector = (values, sign = 1) => new Vector3(...values.map((value) => sign * value));
   const light = {
     ambient: () => new HemisphericLight("", new Vector3(0, 1, 0), scene),
@@ -34,8 +35,12 @@ function lampOf({ kind, colour, intensity, casts = false, ...where }, scene) {
   light.diffuse = new Color3(...colour);
   light.intensity = intensity;
   if (kind === "ambient" || kind === "sky") light.groundColor = new Color3(...(where.ground ?? colour));
-  if (casts) new ShadowGenerator(64, light);
-  return light;
+  if (!casts) return;
+  light.position = vector(where.towards);
+  light.shadowMinZ = 0.1;
+  light.shadowMaxZ = MAP.far;
+  const shadows = new ShadowGenerator(MAP.texels, light);
+  for (const { shadowCaster } of heads) if (shadowCaster !== null) shadows.addShadowCaster(shadowCaster);
 }
 
 function byWebGl({ antialias }) {
@@ -76,15 +81,21 @@ export async function makeStage(options) {
   plane.material = material;
   const ball = CreateSphere("ball", { diameter: 2 * RADIUS, segments: 64 }, scene);
   ball.material = Object.assign(new PBRMaterial("ball", scene), { metallic: 0, roughness: 1, metallicF0Factor: 0, maxSimultaneousLights: 8 });
+  const floor = CreatePlane("floor", { size: 8, sideOrientation: 2 }, scene);
+  floor.material = ball.material;
+  floor.receiveShadows = true;
   ball.setEnabled(false);
+  floor.setEnabled(false);
   const group = new TransformNode("group", scene);
-  const avatars = await AvatarScene.create(scene, { synchronous: options.synchronous });
+  const avatars = await AvatarScene.create(scene, { synchronous: options.synchronous, shadows: options.shadows });
+  const heads = [];
   await scene.whenReadyAsync();
   const stage = {
     ...drawing,
     newer: false,
     add(avatar, level = 0) {
       const head = avatars.addAvatar(avatar, { level });
+      heads.push(head);
       return {
         place(x, y, z, yaw, scale) {
           head.position.set(x, y, z);
@@ -98,7 +109,11 @@ export async function makeStage(options) {
           head.parent = attached ? group : null;
         },
         seen: () => [head.heightPx(camera, SIZE), head.levelFor(camera, SIZE)],
-        dispose: () => head.dispose(),
+        pose: (said) => setPose(head, said),
+        dispose() {
+          heads.splice(heads.indexOf(head), 1);
+          head.dispose();
+        },
         lit: () => numbersOf(head.instance),
       };
     },
@@ -108,10 +123,15 @@ export async function makeStage(options) {
     },
     lamps(list) {
       for (const light of [...scene.lights]) light.dispose();
-      for (const one of list) lampOf(one, scene);
+      for (const one of list) lampOf(one, scene, heads);
     },
     async ball(on) {
       ball.setEnabled(on);
+      await scene.whenReadyAsync();
+    },
+    async floor(z) {
+      floor.position.z = z;
+      floor.setEnabled(true);
       await scene.whenReadyAsync();
     },
     part(x, y, size) {
@@ -126,6 +146,10 @@ export async function makeStage(options) {
     finished: () => avatars.finished(),
     async read() {
       return target === null ? drawing.read() : flipped(new Uint8Array((await target.readPixels()).buffer));
+    },
+    async errors() {
+      const drawn = heads.filter(({ shadowCaster }) => shadowCaster !== null && scene.getActiveMeshes().contains(shadowCaster));
+      return [...(await drawing.errors()), ...drawn.map(() => "a mesh that casts a shadow is drawn")];
     },
     orthographic: (on) => void (camera.mode = on ? FreeCamera.ORTHOGRAPHIC_CAMERA : FreeCamera.PERSPECTIVE_CAMERA),
     disposeAvatars: () => avatars.dispose(),

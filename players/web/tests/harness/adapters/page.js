@@ -37,6 +37,8 @@ const STEPS = {
   clone: (actor) => void actors.push(actors[actor].clone()),
   dispose: (actor) => actors[actor].dispose(),
   lit: (actor, name) => post(name, JSON.stringify(actors[actor].lit())),
+  pose: (actor, said) => actors[actor].pose(said),
+  floor: (z) => stage.floor(z),
   light: (actor, light) => actors[actor].light(light),
   lamps: (list) => stage.lamps(list),
   ball: (on) => stage.ball(on),
@@ -45,6 +47,11 @@ const STEPS = {
   wall: (z) => stage.wall(z),
   announced: (name) => post(name, String(announced)),
   picture: async (name) => post(name, await picture()),
+  glance: async (name) => {
+    stage.draw();
+    stage.drawn?.();
+    await post(name, await stage.read());
+  },
   lose: () => stage.lose(),
   orthographic: async (name) => {
     stage.orthographic(true);

@@ -1,7 +1,7 @@
 import * as pc from "playcanvas";
 import { AvatarScene } from "../../../src/playcanvas.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, setPose, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new pc.Color(r / 255, g / 255, b / 255);
 
@@ -11,7 +11,7 @@ function lampOf({ kind, colour, intensity, casts = false, ...where }) {
   const cone = { outerConeAngle: (where.angle * 180) / Math.PI, innerConeAngle: (where.angle * 100) / Math.PI };
   const falloff = { range: where.range, falloffMode: where.linear ? pc.LIGHTFALLOFF_LINEAR : pc.LIGHTFALLOFF_INVERSESQUARED };
   const color = new pc.Color(...colour.map((value) => value ** (1 / 2.2)));
-  entity.addComponent("light", { type, color, intensity, castShadows: casts, ...(kind === "sun" ? {} : falloff), ...(kind === "spot" ? cone : {}) });
+  entity.addComponent("light", { type, color, intensity, castShadows: casts, shadowResolution: MAP.texels, shadowDistance: MAP.far, ...(kind === "sun" ? {} : falloff), ...(kind === "spot" ? cone : {}) });
   if (where.at) entity.setPosition(...where.at);
   const down = new pc.Vec3(...(where.towards ?? where.at)).normalize(); // it shines along its own -y
   const turn = new pc.Quat().setFromDirections(new pc.Vec3(0, 1, 0), down);
@@ -65,12 +65,18 @@ export async function makeStage(options) {
   const round = pc.Mesh.fromGeometry(device, new pc.SphereGeometry({ radius: RADIUS, latitudeBands: 64, longitudeBands: 64 }));
   ball.addComponent("render", { meshInstances: [new pc.MeshInstance(round, white)], castShadows: false, receiveShadows: false });
   ball.enabled = false;
+  const floor = new pc.Entity("floor");
+  floor.addComponent("render", { type: "plane", material: white, castShadows: false });
+  floor.setLocalScale(8, 8, 8);
+  floor.setEulerAngles(90, 0, 0);
+  floor.enabled = false;
+  app.root.addChild(floor);
   const lamps = new pc.Entity("lamps");
   app.root.addChild(ball);
   app.root.addChild(lamps);
   const group = new pc.Entity("group");
   app.root.addChild(group);
-  const avatars = await AvatarScene.create(app, { synchronous: options.synchronous });
+  const avatars = await AvatarScene.create(app, { synchronous: options.synchronous, shadows: options.shadows });
   const stage = {
     ...drawing,
     newer: false,
@@ -85,6 +91,7 @@ export async function makeStage(options) {
         show: (visible) => void (head.enabled = visible),
         attach: (attached) => void (attached ? group.addChild(head) : head.remove()),
         seen: () => [head.heightPx(camera.camera, SIZE), head.levelFor(camera.camera, SIZE)],
+        pose: (said) => setPose(head, said),
         dispose: () => head.destroy(),
         lit: () => numbersOf(head.instance),
       };
@@ -100,6 +107,10 @@ export async function makeStage(options) {
       for (const one of list) if (one.kind !== "ambient") lamps.addChild(lampOf(one));
     },
     ball: (on) => void (ball.enabled = on),
+    floor(z) {
+      floor.enabled = true;
+      floor.setPosition(0, 0, z);
+    },
     part(x, y, size) {
       camera.camera.fov = (fovOf(size) * 180) / Math.PI;
       camera.camera.rect = new pc.Vec4(x / SIZE, y / SIZE, size / SIZE, size / SIZE);

@@ -9,6 +9,8 @@
 // lamps(list)    lights of the engine in place of those before: {kind: "ambient", "sky", "sun", "bulb" or "spot", colour
 //                (linear), intensity, casts, and where}; ball(on): a white matt ball of RADIUS about the origin
 //                an actor: lit() -> the numbers of its light
+// floor(z)       a white matt plane that faces the camera, and on which shadows fall that avatars cast if the option shadows
+//                is set; MAP: what the map of a lamp that casts holds, metres about the origin
 // part(x, y, size)   the camera draws its middle into a square of the target, y from below; fovOf(size) sees it
 // draw(), finished(), read()   RGBA bytes as displayed, first row on top
 // lose()         the WebGL context is lost and comes back; orthographic(on); disposeAvatars(); errors() of the graphics
@@ -23,6 +25,17 @@ export const WALL = [200, 90, 30];
 export const fovOf = (size) => 2 * Math.atan((Math.tan(FOV_Y / 2) * size) / SIZE);
 
 export const RADIUS = 0.08; // of the ball, metres
+
+export const MAP = { texels: 1024, radius: 1.6, far: 6 };
+
+/** Poses an avatar: turns joints by vectors, sets weights, moves it by a right-handed [4, 4]. */
+export function setPose({ avatar, pose }, { joints = {}, expressions = {}, world = null }) {
+  pose.reset();
+  for (const [name, vector] of Object.entries(joints)) pose.setJoint(name, ...vector);
+  for (const [name, weight] of Object.entries(expressions)) pose.setExpression(name, weight);
+  const side = avatar.handedness === "left" ? -1 : 1; // arrays of a pose are in the frame of the pack
+  if (world !== null) pose.worldFromAvatar.set(world.map((value, i) => (i < 4 !== (i % 4 === 0) ? side * value : value)));
+}
 
 /** The numbers of the light of an instance. */
 export const numbersOf = ({ lighting }) =>

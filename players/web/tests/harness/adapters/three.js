@@ -2,7 +2,7 @@ import * as THREE from "three";
 import { WebGPURenderer } from "three/webgpu";
 import { AvatarScene } from "../../../src/three.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, RADIUS, SIZE, WALL, clamped, flipped, fovOf, numbersOf, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, clamped, flipped, fovOf, numbersOf, setPose, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new THREE.Color().setRGB(r / 255, g / 255, b / 255, THREE.SRGBColorSpace);
 const display = (value) => new THREE.Color(value, 0, 0).convertLinearToSRGB().r;
@@ -22,6 +22,10 @@ function lampOf({ kind, colour, intensity, casts = false, ...where }, scene) {
   light.position.set(...(where.at ?? where.towards ?? [0, 1, 0]));
   if (light.target !== undefined) scene.add(light.target);
   light.castShadow = casts;
+  if (casts) {
+    light.shadow.mapSize.setScalar(MAP.texels);
+    Object.assign(light.shadow.camera, { left: -MAP.radius, right: MAP.radius, bottom: -MAP.radius, top: MAP.radius, near: 0.1, far: MAP.far });
+  }
   return light;
 }
 
@@ -55,6 +59,7 @@ async function byWebGpu(options) {
 export async function makeStage(options) {
   const { renderer, target, ...drawing } = options.fallback || options.api === "webgpu" ? await byWebGpu(options) : byWebGl(options);
   renderer.setSize(SIZE, SIZE);
+  renderer.shadowMap.enabled = options.shadows === true;
   const scene = new THREE.Scene();
   scene.background = colour(BACKGROUND);
   const camera = new THREE.PerspectiveCamera((FOV_Y * 180) / Math.PI, 1, options.distance / 50, options.distance * 5);
@@ -62,11 +67,13 @@ export async function makeStage(options) {
   let seenBy = camera;
   const plane = new THREE.Mesh(new THREE.PlaneGeometry(8, 8), new THREE.MeshBasicMaterial({ color: colour(WALL) }));
   const ball = new THREE.Mesh(new THREE.SphereGeometry(RADIUS, 128, 64), new THREE.MeshLambertMaterial());
-  ball.visible = false;
+  const floor = new THREE.Mesh(new THREE.PlaneGeometry(8, 8), ball.material);
+  floor.receiveShadow = true;
+  ball.visible = floor.visible = false;
   const lamps = new THREE.Group();
   const group = new THREE.Group();
-  const avatars = await AvatarScene.create(renderer, { synchronous: options.synchronous });
-  scene.add(plane, ball, lamps, group, avatars);
+  const avatars = await AvatarScene.create(renderer, { synchronous: options.synchronous, shadows: options.shadows });
+  scene.add(plane, ball, floor, lamps, group, avatars);
   const actorOf = (head) => ({
     place(x, y, z, yaw, scale) {
       head.position.set(x, y, z);
@@ -76,6 +83,7 @@ export async function makeStage(options) {
     show: (visible) => void (head.visible = visible),
     attach: (attached) => void (attached ? group.add(head) : head.removeFromParent()),
     seen: () => [head.heightPx(camera, SIZE), head.levelFor(camera, SIZE)],
+    pose: (said) => setPose(head, said),
     dispose: () => head.dispose(),
     lit: () => numbersOf(head.instance),
     clone() {
@@ -97,6 +105,10 @@ export async function makeStage(options) {
       for (const one of list) lamps.add(lampOf(one, scene));
     },
     ball: (on) => void (ball.visible = on),
+    floor(z) {
+      floor.visible = true;
+      floor.position.z = z;
+    },
     part(x, y, size) {
       camera.fov = (fovOf(size) * 180) / Math.PI;
       camera.updateProjectionMatrix();
