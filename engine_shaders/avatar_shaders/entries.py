@@ -42,6 +42,7 @@ ENTRIES: dict[str, Entry] = {
     "raster_gather": Entry("raster_gather.hlsl", "compute", "raster"),
     "raster_vertex": Entry("raster.hlsl", "vertex", "raster"),
     "raster_pixel": Entry("raster.hlsl", "fragment", "raster"),
+    "raster_depth_pixel": Entry("raster_depth.hlsl", "fragment", "raster"),
     "composite_vertex": Entry("composite.hlsl", "vertex", "raster"),
     "composite_pixel": Entry("composite.hlsl", "fragment", "raster"),
 }

@@ -40,6 +40,7 @@ _MACRO = re.compile(r"^#define AVATAR_(\w+) (\d+|\([\w *]+\)) // (.+)$", re.MULT
 _DRAWN = ("raster_vertex_batch", "raster_pixel", "composite_vertex", "composite_pixel")
 _SPACED = "+-"  # "a - -b" is not "a--b"
 _LIT = ("shadow", "light")  # stages
+_DEPTH = "raster_depth_pixel"
 
 _REFLECTION = """\
 /** A member of a uniform block; its type as HLSL spells it: "uint", "float4". */
@@ -136,8 +137,10 @@ _KERNELS = """\
 def web_files(made: dict[str, str]) -> dict[str, str]:
     """{file name: text} of every module. `made` is what generate_all() makes. Raises ShaderError."""
     rows: dict[str, dict[str, Any]] = json.loads(made["reflection.json"])["entries"]
-    wgsl = renamed({name: minified_wgsl(made[f"wgsl/{name}.wgsl"]) for name in ENTRIES})
-    glsl = generate(HLSL, _DRAWN, ["glsl300es"])
+    wgsl = {name: minified_wgsl(made[f"wgsl/{name}.wgsl"]) for name in ENTRIES}
+    glsl = generate(HLSL, (*_DRAWN, _DEPTH), ["glsl300es"])
+    depth = {"GLSL": minified_glsl(glsl["glsl300es", _DEPTH]), **renamed({"WGSL": wgsl.pop(_DEPTH)})}
+    wgsl = renamed(wgsl)
     modules = {
         "wgsl.ts": _texts(
             "WGSL", "Entries as WGSL, by name; the function has the same name.", _of(wgsl, rows, lit=False)
@@ -152,7 +155,13 @@ def web_files(made: dict[str, str]) -> dict[str, str]:
             "What draws in WebGL2 as GLSL ES 3.00, by the entry's name.",
             {name: minified_glsl(glsl["glsl300es", name]) for name in _DRAWN},
         ),
-        "reflection.ts": _REFLECTION + _interfaces(rows),
+        "depth.ts": "".join(
+            f"/** Entry {_DEPTH}, which few pages need, as {language}. */\n"
+            f"export const DEPTH_{language} =\n  {json.dumps(text)};\n"
+            for language, text in depth.items()
+        ),
+        "reflection.ts": _REFLECTION
+        + _interfaces({entry: row for entry, row in rows.items() if entry != _DEPTH}),
         "constants.ts": _constants(),
         "idle.ts": _idle(),
         "pack_form.ts": f"{_FORM}export const PACK_FORM =\n  '{form_text()}';\n",

@@ -12,14 +12,6 @@ AVATAR_CONSTANTS(RasterConstants)
     float flip_y; // 1 Direct3D, -1 OpenGL; see clip_from_pixels
 AVATAR_CONSTANTS_END
 
-struct QuadFragment
-{
-    float4 position : SV_Position;
-    nointerpolation float2 centre : TEXCOORD0; // as SV_Position counts: pixel centres at halves
-    nointerpolation float4 form : TEXCOORD1; // splat_form
-    nointerpolation float3 rgb : TEXCOORD2;
-};
-
 QuadFragment quad_vertex(uint vertex, float4 place, float3 conic, float3 rgb)
 {
     QuadFragment q;

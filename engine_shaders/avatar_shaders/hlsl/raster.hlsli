@@ -14,6 +14,14 @@
 static const float LOG2_E = 1.44269504;
 static const float LN_2 = 0.693147181;
 
+struct QuadFragment
+{
+    float4 position : SV_Position;
+    nointerpolation float2 centre : TEXCOORD0; // as SV_Position counts: pixel centres at halves
+    nointerpolation float4 form : TEXCOORD1; // splat_form
+    nointerpolation float3 rgb : TEXCOORD2;
+};
+
 // What all pixels of a splat share: log2(255 alpha) at `offset` d is d.x (x d.x + y d.y) + z d.y d.y + w.
 float4 splat_form(float3 conic, float opacity)
 {

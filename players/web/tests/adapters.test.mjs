@@ -4,11 +4,16 @@ import { after, before, test } from "node:test";
 import { BACKGROUND, DISTANCE, PART, SIZE, WALL, begin, difference, end, pictures, play } from "./adapters_page.mjs";
 import { CHROMIUM } from "./browser.mjs";
 
+// Panes are drawn later than avatars, at these z.
+const PANES = { behind: -0.3, through: 0, before: 0.3 };
+const ALPHA = 0.5; // from which on splats hide panes
+const MARGIN = 1e-3; // of alpha, and of metres: on either side
 // Everything that an adapter does, once. A wall hides x < 0 of what is behind it.
+const FIRST = [["wall", null], ["add", "/first.avatar"], ["picture", "plain"]];
 const STEPS = [
-  ["wall", null],
-  ["add", "/first.avatar"],
-  ["picture", "plain"],
+  ...FIRST,
+  ...Object.entries(PANES).flatMap(([name, z]) => [["pane", z], ["picture", name]]),
+  ["pane", null],
   ["part", ...PART],
   ["picture", "part"],
   ["part", 0, 0, SIZE],
@@ -53,22 +58,26 @@ const STEPS = [
   ["wall", 0],
   ["picture", "without"],
 ];
-const OF_PLAYER = STEPS.slice(0, -6);
+const OF_PLAYER = [
+  ...FIRST,
+  ...Object.entries(PANES).flatMap(([name, z]) => [-1, 1].map((side) => ["dense", z + side * MARGIN, `${name}${side}`])),
+  ...STEPS.slice(FIRST.length + 2 * Object.keys(PANES).length + 1, -6),
+];
 const SAME = [["plain", "removed", "flat", "disposed"], ["nearer", "attached"]];
 const OTHERS = [["plain", "nearer"], ["nearer", "farther"], ["farther", "placed"], ["placed", "hidden"], ["hidden", "disposed"]];
 
 // Options are spread over the engines; ADAPTERS=all adds the rest.
 const ENGINES = [
-  { stage: "three", api: "webgl2", antialias: true, shadows: true },
-  { stage: "three", api: "webgpu", linear: true },
-  { stage: "babylon", api: "webgl2", target: true, shadows: true },
-  { stage: "babylon", api: "webgpu", target: true, antialias: true },
-  { stage: "playcanvas", api: "webgl2", synchronous: true, antialias: true },
-  { stage: "playcanvas", api: "webgpu", antialias: true, shadows: true },
+  { stage: "three", api: "webgl2", antialias: true, shadows: true, reversed: true, depthAlpha: ALPHA },
+  { stage: "three", api: "webgpu", linear: true, depthAlpha: ALPHA },
+  { stage: "babylon", api: "webgl2", target: true, shadows: true, depthAlpha: ALPHA },
+  { stage: "babylon", api: "webgpu", target: true, antialias: true, depthAlpha: ALPHA },
+  { stage: "playcanvas", api: "webgl2", synchronous: true, antialias: true, depthAlpha: ALPHA },
+  { stage: "playcanvas", api: "webgpu", antialias: true, shadows: true, depthAlpha: ALPHA },
 ];
 const REST = [
-  { stage: "three", api: "webgl2", reversed: true },
-  { stage: "three", api: "webgpu", reversed: true, linear: true },
+  { stage: "three", api: "webgl2", depthAlpha: ALPHA },
+  { stage: "three", api: "webgpu", reversed: true, linear: true, depthAlpha: ALPHA },
   { stage: "three", api: "webgl2", target: true, synchronous: true, linear: true },
   { stage: "three", api: "webgpu", target: true, antialias: true, linear: true },
   { stage: "three", api: "webgl2", fallback: true, target: true, linear: true }, // WebGPURenderer where there is no WebGPU
@@ -116,6 +125,23 @@ function cropped(picture, x, y) {
   });
 }
 
+/** A pane is seen where no splat that is dense enough lies before it. `expected`: what `dense` posted of the player. */
+function checkPanes(seen, expected, depthAlpha = Infinity) {
+  for (const name of Object.keys(PANES)) {
+    const [nearer, farther] = [1, -1].map((side) => JSON.parse(expected[`${name}${side}`]));
+    const counts = { hidden: 0, shown: 0 };
+    for (let i = 0; i < SIZE * SIZE; i++) {
+      const hidden = nearer[i] >= depthAlpha + MARGIN;
+      if (!hidden && farther[i] >= depthAlpha - MARGIN) continue;
+      counts[hidden ? "hidden" : "shown"]++;
+      const want = hidden ? seen.plain.subarray(4 * i, 4 * i + 3) : WALL;
+      const off = Math.max(...[0, 1, 2].map((k) => Math.abs(seen[name][4 * i + k] - want[k])));
+      assert.ok(off <= 1, `${name}: pixel ${i % SIZE}, ${Math.floor(i / SIZE)} should be ${hidden ? "hidden" : "shown"}: ${off}`);
+    }
+    assert.ok(counts.shown > 1000 && counts.hidden > 200 === (name !== "before" && depthAlpha < 1), `${name}: ${JSON.stringify(counts)}`);
+  }
+}
+
 const left = (x) => x < SIZE / 2;
 const right = (x) => x >= SIZE / 2;
 const filled = (colour) => Uint8Array.from({ length: 4 * SIZE * SIZE }, (_, i) => colour[i % 4] ?? 255);
@@ -129,6 +155,7 @@ for (const engine of asked) {
     }
     // A viewport holds the middle of the whole picture.
     near(cropped(seen.part, PART[0], SIZE - PART[1] - PART[2]), cropped(wanted.plain, (SIZE - PART[2]) / 2, (SIZE - PART[2]) / 2), "part");
+    checkPanes(seen, expected.false, engine.depthAlpha);
     sameForBothHands(seen);
     for (const [one, ...others] of SAME) for (const other of others) near(seen[one], seen[other], `${one} and ${other}`);
     for (const [one, other] of OTHERS) assert.ok(difference(seen[one], seen[other]) > 60, `${one} and ${other} are alike`);
@@ -152,15 +179,17 @@ for (const engine of asked) {
 
 for (const stage of ["three", "babylon", "playcanvas"]) {
   test(`${stage}: a context that was lost, and a camera without perspective`, { timeout: 240_000 }, async () => {
-    const steps = [...STEPS.slice(0, 3), ["lose"], ["picture", "restored"], ["orthographic", "refused"], ["picture", "again"]];
+    const panes = [["pane", PANES.behind], ["picture", "behind"], ["pane", null]];
+    const steps = [...FIRST, ...panes, ["lose"], ["picture", "restored"], ["orthographic", "refused"], ["picture", "again"]];
     const seen = await pictures({ stage, api: "webgl2" }, steps);
+    assert.equal(difference(seen.behind, filled(WALL)), 0, "depth was written without being asked for");
     assert.equal(String(seen.refused), "AvatarError: the camera: has no perspective; an orthographic camera cannot show an avatar");
     for (const name of ["plain", "restored", "again"]) near(seen[name], expected.false.plain, name);
   });
 }
 
 test("a clone in three.js shows the avatar where it stood", { timeout: 240_000 }, async () => {
-  const moved = STEPS.slice(0, 3).concat([["place", 0, 0.02, 0, -0.1, 0.5, 1.2], ["picture", "moved"]]);
+  const moved = FIRST.concat([["place", 0, 0.02, 0, -0.1, 0.5, 1.2], ["picture", "moved"]]);
   const seen = await pictures({ stage: "three", api: "webgl2" }, [...moved, ["clone", 0], ["dispose", 0], ["picture", "clone"]]);
   assert.ok(difference(seen.plain, seen.moved) > 60);
   assert.equal(difference(seen.clone, seen.moved), 0);
@@ -168,7 +197,7 @@ test("a clone in three.js shows the avatar where it stood", { timeout: 240_000 }
 
 test("a left-handed scene shows the avatar as a right-handed one does", { timeout: 240_000 }, async () => {
   const hands = ["right", "left"].flatMap((hand, i) => [["dispose", i], ["add", `/${hand}.avatar`], ["picture", hand]]);
-  const seen = await pictures({ stage: "babylon", api: "webgl2", leftHanded: true }, [...STEPS.slice(0, 3), ...hands]);
+  const seen = await pictures({ stage: "babylon", api: "webgl2", leftHanded: true }, [...FIRST, ...hands]);
   near(seen.plain, expected.false.plain, "plain");
   sameForBothHands(seen);
 });
@@ -184,11 +213,13 @@ async function drawn(...cases) {
 }
 
 const black = filled([0, 0, 0]);
+const flippedRows = (values) => values.map((_, i) => values[i + SIZE * (SIZE - 1 - 2 * Math.floor(i / SIZE))]);
 
 test("a WebGL2 context is left as it was, and what hides avatars hides them", { timeout: 240_000 }, async () => {
   const same = [{ reversed: true }, { clipControl: true }, { reversed: true, clipControl: true }];
-  const cases = [{}, { noDepth: true }, { colours: 2 }, { noCopy: true }, ...same];
-  const [[plain], [free], [first, second], [direct], ...others] = await drawn(...cases);
+  const again = { depthAlpha: ALPHA, farther: 0.3 };
+  const cases = [{}, { noDepth: true, depthAlpha: ALPHA }, { colours: 2, depthAlpha: ALPHA }, { noCopy: true, ...again }, ...same.map((one) => ({ ...one, ...again }))];
+  const [[plain], [free], [first, second], [direct, ...more], ...others] = await drawn(...cases);
   assert.equal(difference(plain, black, left), 0);
   assert.ok(difference(plain, black, right) > 60);
   assert.ok(difference(free, black, left) > 60);
@@ -199,4 +230,10 @@ test("a WebGL2 context is left as it was, and what hides avatars hides them", { 
   assert.equal(difference(direct, black, left), 0);
   assert.ok(difference(direct, plain) <= 8, `${difference(direct, plain)}`);
   others.forEach(([image], i) => assert.equal(difference(image, plain), 0, JSON.stringify(same[i])));
+  // What is drawn later does not show where depth was written.
+  const dense = flippedRows(JSON.parse(expected.false.behind1).map((alpha) => alpha > ALPHA + MARGIN));
+  for (const [before, later] of [[direct, more[0]], ...others]) {
+    const off = (wanted) => Math.max(...dense.map((one, i) => (one === wanted ? Math.abs(before[4 * i] - later[4 * i]) : 0)));
+    assert.ok(off(true) === 0 && off(false) > 30, `${off(true)} ${off(false)}`);
+  }
 });

@@ -67,6 +67,27 @@ def raster(
     return Image(image, transmittance, last, evaluations)
 
 
+def raster_depth(projected: Projected, clip_depth: F32, camera: Camera, depth_alpha: float) -> F32:
+    """Depth [H, W] that splats leave for what an engine draws later, 0 near to 1 far.
+
+    It is the least `clip_depth` [N] (clip z / w of the means) of the splats whose own alpha at the pixel, in profile
+    `engine`, is at least `depth_alpha`, and 1 where there is none. Splats beyond 0 and 1 are clipped.
+    """
+    tile = TILES["engine"]
+    shown = (projected.radius > 0) & (clip_depth >= 0) & (clip_depth <= 1)
+    ids, ranges = tile_lists(engine_tiles(projected, camera, tile), np.flatnonzero(shown), camera, tile)
+    table, far = _Table.of(projected), np.append(clip_depth, f32(1)).astype(np.float32)
+    depth = np.ones((camera.height, camera.width), np.float32)
+    for tiles, shape in _alike(ranges, camera, tile, 1):
+        y0, x0 = tile * np.stack(np.divmod(tiles, -(-camera.width // tile)))[:, :, None]
+        y, x = y0 + np.arange(shape[0]), x0 + np.arange(shape[1])
+        lists = _lists(ids, ranges[tiles], table.nobody)
+        alpha = _alpha(table, lists, x, y, np.arange(shape[0] * shape[1]))
+        nearest = np.where(alpha >= f32(depth_alpha), far[lists][..., None], f32(1)).min(axis=1)
+        depth[y[:, :, None], x[:, None, :]] = nearest.reshape(-1, *shape)
+    return depth
+
+
 def engine_tiles(projected: Projected, camera: Camera, tile: int) -> I32:
     """Tiles of the axis-aligned box in which alpha can reach 1/255, [N, 4]."""
     a, b, c = projected.conic.T.astype(np.float64)

@@ -13,7 +13,7 @@ from avatar_runtime.avatar import RasterSettings
 from avatar_runtime.camera import Camera
 from avatar_runtime.stages.activate import Splats
 from avatar_runtime.stages.project import Projected, project
-from avatar_runtime.stages.raster import PROFILES, raster, tile_lists
+from avatar_runtime.stages.raster import PROFILES, raster, raster_depth, tile_lists
 from avatar_runtime.stages.sort import sort
 from tests.golden import Array
 from tests.oracles import splat
@@ -86,6 +86,20 @@ def test_faint_opacities_warn_of_nothing(profile: str) -> None:
     opacity = np.array([0, 1e-45, 3.8e-44, 1e-38, below], np.float32)
     got = raster(replace(projected, opacity=opacity), np.arange(5), camera, np.zeros(3, np.float32), profile)
     assert not got.colour.any() and (got.last == 0).all()
+
+
+def test_depth_of_three_splats_by_hand() -> None:
+    """exp(-d^2 / 50) >= 0.5 up to 5.9 px, 0.6 exp(-d^2 / 50) up to 3.02 px; the third lies beyond the far plane."""
+    projected, camera = stack(3)
+    centre = np.array([[8, 8], [14, 8], [24, 8]], np.float32)
+    placed = replace(projected, centre=centre, opacity=np.array([1, 0.6, 1], np.float32))
+    got = raster_depth(placed, np.array([0.7, 0.4, 1.1], np.float32), camera, 0.5)
+    assert got.shape == (32, 32) and got.dtype == np.float32
+    far, first, second = (np.float32(depth) for depth in (1, 0.7, 0.4))
+    assert got[8].tolist() == [far] * 3 + [first] * 8 + [second] * 7 + [far] * 14
+    assert got[:, 8].tolist() == [far] * 3 + [first] * 11 + [far] * 18
+    most = raster_depth(placed, np.full(3, 0.5, np.float32), camera, 0.99)
+    assert (most < 1).sum() == 2  # the middles of those whose opacity is 1
 
 
 @st.composite

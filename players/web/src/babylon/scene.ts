@@ -114,7 +114,7 @@ export class AvatarScene {
   static async create(scene: Scene, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
     const rigs = await rigsFor(options);
-    const host = await hostOf(scene, options.synchronous ?? false, () => made?.onChangeObservable.notifyObservers(made));
+    const host = await hostOf(scene, options, () => made?.onChangeObservable.notifyObservers(made));
     return (made = new AvatarScene(scene, host, options.lights ?? true, rigs));
   }
 

@@ -25,8 +25,8 @@ const METHODS = ["_getCurrentRenderPass", "_getCurrentRenderPassWrapper", "flush
 
 /** Draws at the end of the scene's draw phase: ends the engine's pass, and draws over what it drew. */
 export class WebGpuHost extends GpuScene<Scene> {
-  constructor(scene: Scene) {
-    super(internalsOf(scene)._device);
+  constructor(scene: Scene, depthAlpha: number | null) {
+    super(internalsOf(scene)._device, depthAlpha);
   }
 
   draw(scene: Scene): void {

@@ -8,8 +8,9 @@ import { LocalPort } from "../webgl2/local_port.js";
 import { QuadSource, type QuadPort } from "../webgl2/quad_source.js";
 import { openPort } from "../webgl2/scene_port.js";
 import { GlDepth } from "./gl_depth.js";
+import { GlDepthPass } from "./gl_depth_pass.js";
 import { GlState } from "./gl_state.js";
-import type { AvatarHost } from "./host.js";
+import { depthAlphaOf, type AvatarHost, type AvatarSceneOptions } from "./host.js";
 import { EngineView } from "./view.js";
 
 // For rig_mesh.ts: if it imported them by itself, the scripts of the tag would be cut into more, which compress worse.
@@ -32,24 +33,27 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
   private readonly source: QuadSource;
   private drawing: GlDraw | null = null; // null: the context is lost
   private depth: GlDepth;
+  private depthPass: GlDepthPass | null = null; // null: no depth is written
   private state: GlState;
   private uploaded = false; // the context has the newest quads
   private readonly view = new EngineView();
 
   /**
-   * `look` writes what a camera sees, and what is bound, into a view. `synchronous`: each picture waits for the kernels.
-   * Otherwise a worker computes them, and a picture shows the newest finished result; `onUpdate` is called when there is
-   * a newer one. Throws AvatarError where the context cannot draw into floats, and as `openPort` does.
+   * `look` writes what a camera sees, and what is bound, into a view. `onUpdate` is called when there is a newer picture
+   * than the one shown. Throws AvatarError where the context cannot draw into floats, and as `depthAlphaOf` and
+   * `openPort` do.
    */
   static async create<Seen>(
     gl: WebGL2RenderingContext,
     look: (view: EngineView, seen: Seen) => void,
-    synchronous: boolean,
+    options: AvatarSceneOptions,
     onUpdate: () => void,
   ): Promise<GlScene<Seen>> {
+    const depthAlpha = depthAlphaOf(options);
+    const synchronous = options.synchronous ?? false;
     const port: QuadPort = synchronous ? new LocalPort(await kernelModule()) : await openPort();
     try {
-      return new GlScene(gl, look, port, synchronous ? () => undefined : onUpdate, onUpdate);
+      return new GlScene(gl, look, port, depthAlpha, synchronous ? () => undefined : onUpdate, onUpdate);
     } catch (error) {
       port.terminate();
       throw error;
@@ -60,6 +64,7 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
     private readonly gl: WebGL2RenderingContext,
     private readonly look: (view: EngineView, seen: Seen) => void,
     port: QuadPort,
+    private readonly depthAlpha: number | null,
     onQuads: () => void,
     onRestored: () => void,
   ) {
@@ -112,6 +117,7 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
     this.source.dispose();
     this.drawing?.dispose();
     this.depth.dispose();
+    this.depthPass?.dispose();
   }
 
   /** The kernels and what they hold are not of the context. */
@@ -133,7 +139,9 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
   private made(): GlDraw {
     this.state.save();
     try {
-      return new GlDraw(this.gl, null);
+      const drawing = new GlDraw(this.gl, null);
+      if (this.depthAlpha !== null) this.depthPass = new GlDepthPass(this.gl, this.depthAlpha);
+      return drawing;
     } finally {
       this.state.restore();
     }
@@ -149,19 +157,22 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
 
   /** The quads may be of a target of another size, until newer ones come. */
   private drawQuads(drawing: GlDraw, view: EngineView): void {
-    const { gl, state } = this;
+    const { state } = this;
     const { width, height } = view.camera;
     drawing.begin(width, height);
     const depth = this.depth.copy(state.target, drawing.image, width, height);
-    if (depth === "failed") {
-      this.drawDirectly(drawing, view);
-      return;
-    }
+    if (depth === "failed") this.drawDirectly(drawing, view);
+    else this.drawApart(drawing, view, depth === "copied");
+    if (depth !== "none") this.writeDepth(drawing, view);
+  }
+
+  private drawApart(drawing: GlDraw, view: EngineView, hidden: boolean): void {
+    const { gl, state } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, drawing.image);
-    if (depth === "copied") this.testDepth(view);
+    if (hidden) this.testDepth(view);
     this.drawAll(drawing);
     gl.bindFramebuffer(gl.FRAMEBUFFER, state.target);
-    gl.viewport(0, 0, width, height);
+    gl.viewport(0, 0, view.camera.width, view.camera.height);
     gl.disable(gl.DEPTH_TEST);
     this.limit(view);
     drawing.compose(null, view.linear, false);
@@ -179,6 +190,16 @@ export class GlScene<Seen> implements AvatarHost<Seen> {
     const { count, width, height } = this.source;
     this.gl.viewport(0, 0, width, height);
     drawing.drawQuads(count, width, height, UPWARDS);
+  }
+
+  /** The host's target is bound, and limited. */
+  private writeDepth(drawing: GlDraw, view: EngineView): void {
+    const { gl, depthPass } = this;
+    const { count, width, height } = this.source;
+    if (depthPass === null) return;
+    this.testDepth(view);
+    gl.viewport(0, 0, width, height);
+    depthPass.draw(drawing.quads, count, width, height, UPWARDS);
   }
 
   private testDepth(view: EngineView): void {

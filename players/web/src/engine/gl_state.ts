@@ -142,7 +142,8 @@ export class GlState {
     this.uniformBuffer = gl.getParameter(gl.UNIFORM_BUFFER_BINDING);
     this.renderbuffer = gl.getParameter(gl.RENDERBUFFER_BINDING);
     for (let i = 0; i < this.units; i++) {
-      this.blocks[i] = gl.getIndexedParameter(gl.UNIFORM_BUFFER_BINDING, i);
+      const block = gl.getIndexedParameter(gl.UNIFORM_BUFFER_BINDING, i) as WebGLBuffer | null;
+      this.blocks[i] = gl.isBuffer(block) ? block : null; // WebKit names those of a context that was lost
       this.blockRanges[2 * i] = gl.getIndexedParameter(gl.UNIFORM_BUFFER_START, i);
       this.blockRanges[2 * i + 1] = gl.getIndexedParameter(gl.UNIFORM_BUFFER_SIZE, i);
     }

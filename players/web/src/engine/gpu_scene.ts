@@ -4,6 +4,7 @@ import type { Avatar } from "../avatar.js";
 import { Instance } from "../instance.js";
 import type { SceneDepth, Target } from "../webgpu/draw.js";
 import { WebGpuRenderer } from "../webgpu/renderer.js";
+import { GpuDepthPass } from "./gpu_depth_pass.js";
 import type { AvatarHost } from "./host.js";
 import { EngineView } from "./view.js";
 
@@ -28,13 +29,16 @@ export abstract class GpuScene<Seen> implements AvatarHost<Seen> {
   /** To be set for each picture. */
   protected readonly view = new EngineView();
   private readonly avatars: WebGpuRenderer;
+  private readonly depthPass: GpuDepthPass | null;
   private readonly depth: SceneDepth = { view: LATER, format: "depth24plus", samples: 1, reversed: false };
   private readonly target: Target = {
     view: LATER, resolve: null, samples: 1, format: "rgba8unorm", depth: null, background: null, keep: true, linear: false, part: null,
   };
 
-  constructor(device: GPUDevice) {
+  /** `depthAlpha`: as the option; null: no depth is written. */
+  constructor(device: GPUDevice, depthAlpha: number | null) {
     this.avatars = new WebGpuRenderer(device, null);
+    this.depthPass = depthAlpha === null ? null : new GpuDepthPass(this.avatars.pipelines, depthAlpha);
   }
 
   get lost(): Promise<string> {
@@ -71,9 +75,13 @@ export abstract class GpuScene<Seen> implements AvatarHost<Seen> {
       target.depth = depth;
     }
     this.avatars.frameInto(view.camera, target);
+    const { sorted } = this.avatars;
+    if (this.depthPass === null || target.depth === null || sorted === null) return;
+    this.depthPass.draw(sorted, view.camera.width, view.camera.height, depth, target.part);
   }
 
   dispose(): void {
     this.avatars.dispose();
+    this.depthPass?.dispose();
   }
 }

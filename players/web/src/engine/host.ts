@@ -3,6 +3,7 @@
 import type { Avatar } from "../avatar.js";
 import { AvatarError } from "../errors.js";
 import type { Instance } from "../instance.js";
+import { ALPHA_MAX } from "../made/constants.js";
 import type { SceneLights } from "./lights.js";
 
 /** Options of `AvatarScene.create`. */
@@ -16,10 +17,22 @@ export interface AvatarSceneOptions {
   /** The default true lets the lights of the scene fall on avatars that were packed with `--relight`. */
   readonly lights?: boolean;
   /**
+   * Depth is written where the alpha of a splat reaches this, for what is drawn later: above 0, at most 0.99, which is
+   * the most that a splat has. 0.1 closes most avatars; larger values leave holes. By default none is written.
+   */
+  readonly depthAlpha?: number;
+  /**
    * Avatars cast shadows onto the scene: each brings the mesh of its rig, which only shadow maps see. One without a mesh
    * casts none. The default is false.
    */
   readonly shadows?: boolean;
+}
+
+/** Option `depthAlpha`; null: no depth is written. Throws AvatarError for a bad value. */
+export function depthAlphaOf({ depthAlpha }: AvatarSceneOptions): number | null {
+  if (depthAlpha === undefined) return null;
+  if (typeof depthAlpha === "number" && depthAlpha > 0 && depthAlpha <= ALPHA_MAX) return depthAlpha;
+  throw new AvatarError(`is ${depthAlpha}; give a number above 0, at most ${ALPHA_MAX}`, { owner: "AvatarScene", field: "depthAlpha" });
 }
 
 /** Avatars on the GPU of an engine. `Seen` is the engine's camera, or what has one. */

@@ -117,7 +117,7 @@ export class AvatarScene extends EventHandler {
     let made: AvatarScene | null = null;
     const layer = options.layer ?? LAYERID_WORLD;
     const rigs = await rigsFor(options);
-    const host = await hostOf(app, layer, options.synchronous ?? false, () => made?.fire("change"));
+    const host = await hostOf(app, layer, options, () => made?.fire("change"));
     return (made = new AvatarScene(app, host, layer, options.lights ?? true, rigs));
   }
 

@@ -41,13 +41,13 @@ export class WebGpuHost extends GpuScene<CameraComponent> {
   private readonly device: Device;
   private readonly restore: () => void;
 
-  constructor(private readonly graphicsDevice: GraphicsDevice, layer: number) {
+  constructor(private readonly graphicsDevice: GraphicsDevice, layer: number, depthAlpha: number | null) {
     const device = graphicsDevice as unknown as Device;
     if (device.wgpu === undefined) throw unknown("a device");
     for (const name of METHODS) {
       if (typeof device[name] !== "function") throw unknown(name);
     }
-    super(device.wgpu);
+    super(device.wgpu, depthAlpha);
     this.device = device;
     const start = device.startRenderPass;
     device.startRenderPass = (pass) => {

@@ -3,7 +3,7 @@
 import { LinearSRGBColorSpace, Vector2, Vector4, type Camera, type WebGLRenderer } from "three";
 import type { WebGPURenderer } from "three/webgpu";
 import { AvatarError } from "../errors.js";
-import type { AvatarHost } from "../engine/host.js";
+import { depthAlphaOf, type AvatarHost, type AvatarSceneOptions } from "../engine/host.js";
 import type { EngineView } from "../engine/view.js";
 import { contextOf, setView, type Backend } from "./context.js";
 
@@ -11,7 +11,7 @@ const SIZE = new Vector2();
 const VIEWPORT = new Vector4();
 
 /** Throws AvatarError for a renderer that draws with neither WebGL2 nor WebGPU. */
-export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchronous: boolean, onUpdate: () => void): Promise<AvatarHost<Camera>> {
+export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, options: AvatarSceneOptions, onUpdate: () => void): Promise<AvatarHost<Camera>> {
   let gl: WebGL2RenderingContext;
   let look: (view: EngineView, camera: Camera) => void;
   if ("isWebGPURenderer" in renderer) {
@@ -19,7 +19,7 @@ export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchrono
     const backend = renderer.backend as unknown as Backend;
     if (backend.gl === undefined) {
       const { WebGpuHost } = await import("./webgpu.js");
-      return new WebGpuHost(renderer, backend);
+      return new WebGpuHost(renderer, backend, depthAlphaOf(options));
     }
     gl = backend.gl;
     look = (view, camera) => setView(view, camera, contextOf(renderer), "bottom");
@@ -30,7 +30,7 @@ export async function hostOf(renderer: WebGLRenderer | WebGPURenderer, synchrono
     throw new AvatarError("AvatarScene takes a WebGLRenderer or a WebGPURenderer", { owner: "three.js" });
   }
   const { GlScene } = await import("../engine/gl_scene.js");
-  return GlScene.create(gl, look, synchronous, onUpdate);
+  return GlScene.create(gl, look, options, onUpdate);
 }
 
 /** What a camera sees in the middle of a pass of WebGLRenderer. */

@@ -134,7 +134,7 @@ export class AvatarScene extends Mesh<BufferGeometry, MeshBasicMaterial, AvatarS
   static async create(renderer: WebGLRenderer | WebGPURenderer, options: AvatarSceneOptions = {}): Promise<AvatarScene> {
     let made: AvatarScene | null = null;
     const rigs = await rigsFor(options);
-    const host = await hostOf(renderer, options.synchronous ?? false, () => made?.dispatchEvent({ type: "change" }));
+    const host = await hostOf(renderer, options, () => made?.dispatchEvent({ type: "change" }));
     return (made = new AvatarScene(host, options.lights ?? true, rigs));
   }
 

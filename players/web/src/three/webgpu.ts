@@ -10,9 +10,9 @@ export class WebGpuHost extends GpuScene<Camera> {
   private readonly cameras = new WeakMap<RenderContext, Camera | null>(); // of passes under way
 
   /** Throws AvatarError where this release of three.js keeps its device elsewhere. */
-  constructor(private readonly renderer: WebGPURenderer, private readonly backend: Backend) {
+  constructor(private readonly renderer: WebGPURenderer, private readonly backend: Backend, depthAlpha: number | null) {
     if (backend.device === undefined || typeof backend.finishRender !== "function") throw unknown("a device and finishRender");
-    super(backend.device);
+    super(backend.device, depthAlpha);
     const finish = backend.finishRender;
     backend.finishRender = (context) => {
       finish.call(backend, context);

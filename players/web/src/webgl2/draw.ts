@@ -2,7 +2,6 @@
 
 import { AvatarError } from "../errors.js";
 import { GLSL } from "../made/glsl.js";
-import { INTERFACES } from "../made/reflection.js";
 import type { Background } from "../renderer.js";
 import { Block } from "../uniforms.js";
 import { QuadTexture } from "./quads.js";
@@ -40,8 +39,8 @@ export class GlPrograms {
   readonly compositor: WebGLProgram;
 
   constructor(private readonly gl: WebGL2RenderingContext) {
-    this.splats = linked(gl, "raster_vertex_batch", "raster_pixel", "raster_vertex", 0);
-    this.compositor = linked(gl, "composite_vertex", "composite_pixel", "composite_pixel", 1);
+    this.splats = linked(gl, "raster_vertex_batch", "raster_pixel", 0);
+    this.compositor = linked(gl, "composite_vertex", "composite_pixel", 1);
   }
 
   dispose(): void {
@@ -51,7 +50,7 @@ export class GlPrograms {
 
 /** The quads and the image. It leaves the state of the context changed. */
 export class GlDraw {
-  private readonly quads: QuadTexture;
+  readonly quads: QuadTexture;
   private readonly empty: WebGLVertexArrayObject;
   private readonly raster: GlBlock;
   private readonly composite: GlBlock;
@@ -198,12 +197,12 @@ export class GlDraw {
   }
 }
 
-/** A program of two entries. Its uniform block is that of entry `constants`, and takes block `unit`. */
-function linked(gl: WebGL2RenderingContext, vertex: string, fragment: string, constants: string, unit: number): WebGLProgram {
+/** A program of two entries, whose uniform blocks take block `unit`. `text` is that of `fragment`. */
+export function linked(gl: WebGL2RenderingContext, vertex: string, fragment: string, unit: number, text = GLSL[fragment]): WebGLProgram {
   const program = gl.createProgram() as WebGLProgram;
-  for (const [kind, entry] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]] as const) {
+  for (const [kind, source] of [[gl.VERTEX_SHADER, GLSL[vertex]], [gl.FRAGMENT_SHADER, text]] as const) {
     const shader = gl.createShader(kind) as WebGLShader;
-    gl.shaderSource(shader, GLSL[entry] as string);
+    gl.shaderSource(shader, source as string);
     gl.compileShader(shader);
     gl.attachShader(program, shader);
     gl.deleteShader(shader);
@@ -212,7 +211,7 @@ function linked(gl: WebGL2RenderingContext, vertex: string, fragment: string, co
   if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
     throw new AvatarError(`shader ${fragment}: ${String(gl.getProgramInfoLog(program)).replace(/\s+/g, " ")}`, { field: "WebGL2" });
   }
-  const index = gl.getUniformBlockIndex(program, INTERFACES[constants]?.uniforms?.name ?? "");
-  if (index !== gl.INVALID_INDEX) gl.uniformBlockBinding(program, index, unit);
+  const blocks = gl.getProgramParameter(program, gl.ACTIVE_UNIFORM_BLOCKS) as number; // null where the context is lost
+  for (let i = 0; i < blocks; i++) gl.uniformBlockBinding(program, i, unit);
   return program;
 }

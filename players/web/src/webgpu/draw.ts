@@ -10,7 +10,12 @@ const UNIFORM = 0x40, COPY_DST = 0x8; // GPUBufferUsage
 const ATTACHMENT = 0x10, TEXTURE = 0x4, COPY_SRC = 0x1; // GPUTextureUsage
 const ACCUMULATED = 0; // binding of the texture: reflection.json, composite_pixel
 const OVER: GPUBlendComponent = { srcFactor: "one", dstFactor: "one-minus-src-alpha", operation: "add" };
-const CLEAR: GPUColor = { r: 0, g: 0, b: 0, a: 0 };
+/** How quads are read, an instance each. */
+export const QUADS: GPUVertexBufferLayout = {
+  arrayStride: QUAD,
+  stepMode: "instance",
+  attributes: [0, 16, 32].map((offset, shaderLocation) => ({ format: "float32x4", offset, shaderLocation })),
+};
 
 /** A format of the float image: rgba32float keeps more, where the GPU can blend it. */
 export type ImageFormat = "rgba16float" | "rgba32float";
@@ -189,14 +194,13 @@ export class Accumulator {
     let made = this.drawing.get(key);
     if (made === undefined) {
       const { device } = this.pipelines;
-      const attributes: GPUVertexAttribute[] = [0, 1, 2].map((i) => ({ format: "float32x4", offset: 16 * i, shaderLocation: i }));
       const described: GPURenderPipelineDescriptor = {
         label: "splats",
         layout: device.createPipelineLayout({ bindGroupLayouts: [this.rasterLayout] }),
         vertex: {
           module: this.pipelines.module("raster_vertex"),
           entryPoint: "raster_vertex",
-          buffers: [{ arrayStride: QUAD, stepMode: "instance", attributes }],
+          buffers: [QUADS],
         },
         fragment: {
           module: this.pipelines.module("raster_pixel"),
@@ -240,5 +244,5 @@ export class Accumulator {
 }
 
 function attachment(): GPURenderPassColorAttachment {
-  return { view: undefined as never, clearValue: CLEAR, loadOp: "clear", storeOp: "store" };
+  return { view: undefined as never, clearValue: [0, 0, 0, 0], loadOp: "clear", storeOp: "store" };
 }

@@ -17,7 +17,8 @@ export class WebGpuRenderer implements Renderer {
   private readonly accumulator: Accumulator;
   private readonly residents = new Map<Instance, Resident>();
   private readonly shared = new Map<unknown, StaticBuffers>(); // by avatar
-  private sorted: Sorted | null = null; // null: to be made again
+  /** @internal */
+  sorted: Sorted | null = null; // null: to be made again
   private drawn: Resident[] = [];
   private readonly onCanvas: Target;
   private readonly commands: GPUCommandBuffer[] = [];

@@ -109,3 +109,11 @@ test("a download that is aborted rejects with the signal's reason", async () => 
     await assert.rejects(core.load(url, { signal: stop.signal }), (error) => error === reason);
   });
 });
+
+test("an alpha that no splat reaches, or that is none, writes no depth", () => {
+  assert.deepEqual([undefined, 0.5, 0.99].map((depthAlpha) => core.depthAlphaOf({ depthAlpha })), [null, 0.5, 0.99]);
+  for (const depthAlpha of [0, -1, 1, NaN, "0.5", null]) {
+    const message = `AvatarScene: depthAlpha: is ${depthAlpha}; give a number above 0, at most 0.99`;
+    assert.throws(() => core.depthAlphaOf({ depthAlpha }), { name: "AvatarError", message });
+  }
+});

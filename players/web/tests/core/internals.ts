@@ -1,5 +1,6 @@
 // What the tests of the core look at: the public face, and parts that no user needs.
 export * from "../../src/index.js";
+export { depthAlphaOf } from "../../src/engine/host.js";
 export { INTERFACES } from "../../src/made/reflection.js";
 export { checkProgram } from "../../src/pack/check.js";
 export { contentOf } from "../../src/pack/content.js";

@@ -18,7 +18,7 @@ import { TransformNode } from "@babylonjs/core/Meshes/transformNode.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import { AvatarScene } from "../../../src/babylon.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, setPose, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, optionsOf, setPose, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new Color3(r / 255, g / 255, b / 255);
 
@@ -57,6 +57,20 @@ async function byWebGpu({ antialias }) {
   return { engine, errors: watchErrors(engine._device), lose: async () => undefined, read: () => canvas.read() };
 }
 
+/** A scene over another one, that keeps its depth: with a plane over the whole view. */
+async function laterScene(engine, before, { position, fov, minZ, maxZ, outputRenderTarget }, z) {
+  const scene = new Scene(engine);
+  scene.useRightHandedSystem = before.useRightHandedSystem;
+  scene.autoClear = scene.autoClearDepthAndStencil = false;
+  const camera = Object.assign(new FreeCamera("later", position.clone(), scene), { fov, minZ, maxZ, outputRenderTarget });
+  camera.setTarget(Vector3.Zero());
+  const plane = CreatePlane("pane", { size: 8, sideOrientation: 2 }, scene);
+  plane.position.z = z;
+  plane.material = Object.assign(new StandardMaterial("pane", scene), { disableLighting: true, emissiveColor: colour(WALL), alpha: 0.999 });
+  await scene.whenReadyAsync();
+  return scene;
+}
+
 /** The scene of any engine. Right-handed, it equals those of the other engines. */
 export async function makeStage(options) {
   const { engine, ...drawing } = options.api === "webgpu" ? await byWebGpu(options) : byWebGl(options);
@@ -87,8 +101,9 @@ export async function makeStage(options) {
   ball.setEnabled(false);
   floor.setEnabled(false);
   const group = new TransformNode("group", scene);
-  const avatars = await AvatarScene.create(scene, { synchronous: options.synchronous, shadows: options.shadows });
+  const avatars = await AvatarScene.create(scene, optionsOf(options));
   const heads = [];
+  let pane = null;
   await scene.whenReadyAsync();
   const stage = {
     ...drawing,
@@ -121,6 +136,10 @@ export async function makeStage(options) {
       plane.setEnabled(z !== null);
       plane.position.set(-4, 0, z ?? 0);
     },
+    async pane(z) {
+      pane?.dispose();
+      pane = z === null ? null : await laterScene(engine, scene, camera, z);
+    },
     lamps(list) {
       for (const light of [...scene.lights]) light.dispose();
       for (const one of list) lampOf(one, scene, heads);
@@ -141,6 +160,7 @@ export async function makeStage(options) {
     draw() {
       engine.beginFrame();
       scene.render();
+      pane?.render();
       engine.endFrame();
     },
     finished: () => avatars.finished(),

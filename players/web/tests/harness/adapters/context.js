@@ -100,7 +100,10 @@ function look(view, { distance, reversed = false, clipControl }) {
   view.setCamera(fromWorld, projection, clipControl ? "zero_to_one" : "minus_one_to_one", "bottom", SIZE, SIZE);
 }
 
-/** Draws one avatar. Returns the names of states that changed, the errors, and the images, first row at the bottom. */
+/**
+ * Draws one avatar. Returns the names of states that changed, the errors, and the images, first row at the bottom; with
+ * `farther` (metres) the last one is that after the avatar was drawn once more, farther away.
+ */
 async function drawCase(file, one) {
   const gl = makeCanvas().getContext("webgl2", { antialias: false });
   const avatar = await load(file);
@@ -111,19 +114,25 @@ async function drawCase(file, one) {
   clip?.clipControlEXT(clip.LOWER_LEFT_EXT, clip.ZERO_TO_ONE_EXT);
   if (one.noCopy) gl.blitFramebuffer = () => gl.enable(0);
   const before = stateOf(gl);
-  const scene = await GlScene.create(gl, look, true, nothing);
-  scene.add(avatar, 0);
+  const scene = await GlScene.create(gl, look, { synchronous: true, depthAlpha: one.depthAlpha }, nothing);
+  const instance = scene.add(avatar, 0);
   scene.draw(one);
   const after = stateOf(gl);
   const changed = [...before.keys()].filter((name) => before.get(name) !== after.get(name));
   if (clip && gl.getParameter(clip.CLIP_DEPTH_MODE_EXT) !== clip.ZERO_TO_ONE_EXT) changed.push("clip depth");
-  gl.finish();
-  const images = Array.from({ length: one.colours ?? 1 }, (_, i) => {
+  const read = (_, i) => {
+    gl.finish();
     const pixels = new Uint8Array(4 * SIZE * SIZE);
     gl.readBuffer(gl.COLOR_ATTACHMENT0 + i);
     gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
     return [...pixels];
-  });
+  };
+  const images = Array.from({ length: one.colours ?? 1 }, read);
+  if (one.farther) {
+    instance.place[11] -= one.farther;
+    scene.draw(one);
+    images.push(read(null, 0));
+  }
   scene.dispose();
   return { changed, errors: await webGl(gl).errors(), images };
 }

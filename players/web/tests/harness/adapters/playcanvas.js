@@ -1,7 +1,7 @@
 import * as pc from "playcanvas";
 import { AvatarScene } from "../../../src/playcanvas.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, setPose, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, flipped, fovOf, makeCanvas, numbersOf, optionsOf, setPose, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new pc.Color(r / 255, g / 255, b / 255);
 
@@ -57,6 +57,15 @@ export async function makeStage(options) {
   plane.setLocalScale(8, 8, 8);
   plane.setEulerAngles(90, 0, 0);
   app.root.addChild(plane);
+  const blended = material.clone();
+  blended.blendType = pc.BLEND_NORMAL;
+  blended.update();
+  const pane = new pc.Entity("pane");
+  pane.addComponent("render", { type: "plane", material: blended, layers: [pc.LAYERID_IMMEDIATE] });
+  pane.setLocalScale(8, 8, 8);
+  pane.setEulerAngles(90, 0, 0);
+  pane.enabled = false;
+  app.root.addChild(pane);
   const white = new pc.StandardMaterial();
   white.useMetalness = false;
   white.specular = pc.Color.BLACK;
@@ -76,7 +85,7 @@ export async function makeStage(options) {
   app.root.addChild(lamps);
   const group = new pc.Entity("group");
   app.root.addChild(group);
-  const avatars = await AvatarScene.create(app, { synchronous: options.synchronous, shadows: options.shadows });
+  const avatars = await AvatarScene.create(app, optionsOf(options));
   const stage = {
     ...drawing,
     newer: false,
@@ -99,6 +108,10 @@ export async function makeStage(options) {
     wall(z) {
       plane.enabled = z !== null;
       plane.setPosition(-4, 0, z ?? 0);
+    },
+    pane(z) {
+      pane.enabled = z !== null;
+      pane.setPosition(0, 0, z ?? 0);
     },
     lamps(list) {
       for (const one of [...lamps.children]) one.destroy();

@@ -13,6 +13,21 @@ function over(value, alpha, below, inLinear) {
   return display(linear(value / alpha) * alpha + (1 - alpha) * linear(below));
 }
 
+/** By loops over all quads, which are in `floats` as in a WebGL2 player's QuadSource. */
+function mostAlpha(floats, count, clipDepth) {
+  const most = new Array(SIZE * SIZE).fill(0);
+  for (let at = 0; at < 12 * count; at += 12) {
+    const [x, y, depth, opacity, xx, xy, yy] = floats.subarray(at, at + 7);
+    if (!(depth < clipDepth)) continue;
+    for (let i = 0; i < most.length; i++) {
+      const dx = (i % SIZE) - x, dy = Math.floor(i / SIZE) - y;
+      const power = -(xx * dx * dx + yy * dy * dy) / 2 - xy * dx * dy;
+      if (power <= 0) most[i] = Math.max(most[i], Math.min(0.99, opacity * Math.exp(power)));
+    }
+  }
+  return most;
+}
+
 export async function makeStage(options) {
   const player = await Player.create(null, { backend: options.api });
   const camera = new Camera();
@@ -42,6 +57,11 @@ export async function makeStage(options) {
         const alpha = image[i - (i % 4) + 3];
         return Math.round(255 * over(value, alpha, BACKGROUND[i % 4] / 255, options.linear === true));
       }));
+    },
+    dense(z) {
+      const { quads, count } = player.renderer.source;
+      const { clipFromWorld: clip } = camera;
+      return mostAlpha(quads, count, (clip[10] * z + clip[11]) / (clip[14] * z + clip[15]));
     },
     wall: nothing,
     part: nothing,

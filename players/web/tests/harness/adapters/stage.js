@@ -5,7 +5,9 @@
 // add(avatar, level)   puts an avatar into it; an actor: place(x, y, z, yaw, scale), show(visible), attach(attached) below
 //                another node, as the engine's users do, seen() -> [heightPx, level that serves], dispose(), in
 //                three.js clone()
+// dense(z)       of the player: the most alpha that a splat nearer than a plane at z has at each pixel
 // wall(z)        an opaque plane that faces the camera, where x < 0; null: none
+// pane(z)        a plane over the whole view that is drawn after the avatars, as transparent things are; null: none
 // lamps(list)    lights of the engine in place of those before: {kind: "ambient", "sky", "sun", "bulb" or "spot", colour
 //                (linear), intensity, casts, and where}; ball(on): a white matt ball of RADIUS about the origin
 //                an actor: lit() -> the numbers of its light
@@ -42,6 +44,9 @@ export const numbersOf = ({ lighting }) =>
   lighting && { ambient: [...lighting.ambient], places: [...lighting.places], colours: [...lighting.colours], count: lighting.count, shadow: lighting.shadow };
 
 export const nothing = () => undefined;
+
+/** Those of AvatarScene. */
+export const optionsOf = ({ synchronous, depthAlpha, shadows }) => ({ synchronous, depthAlpha, shadows });
 
 /** Bytes of 0..255, rounded outside. */
 export function clamped(values) {

@@ -2,7 +2,7 @@ import * as THREE from "three";
 import { WebGPURenderer } from "three/webgpu";
 import { AvatarScene } from "../../../src/three.ts";
 import { QuietCanvas, watchErrors } from "./gpu.js";
-import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, clamped, flipped, fovOf, numbersOf, setPose, webGl } from "./stage.js";
+import { BACKGROUND, FOV_Y, MAP, RADIUS, SIZE, WALL, clamped, flipped, fovOf, numbersOf, optionsOf, setPose, webGl } from "./stage.js";
 
 const colour = ([r, g, b]) => new THREE.Color().setRGB(r / 255, g / 255, b / 255, THREE.SRGBColorSpace);
 const display = (value) => new THREE.Color(value, 0, 0).convertLinearToSRGB().r;
@@ -72,7 +72,11 @@ export async function makeStage(options) {
   ball.visible = floor.visible = false;
   const lamps = new THREE.Group();
   const group = new THREE.Group();
-  const avatars = await AvatarScene.create(renderer, { synchronous: options.synchronous, shadows: options.shadows });
+  const avatars = await AvatarScene.create(renderer, optionsOf(options));
+  const pane = new THREE.Mesh(plane.geometry, plane.material.clone());
+  pane.material.transparent = true;
+  pane.renderOrder = avatars.renderOrder + 1;
+  const later = renderer.isWebGPURenderer ? new THREE.Scene() : scene; // there avatars end a pass
   scene.add(plane, ball, floor, lamps, group, avatars);
   const actorOf = (head) => ({
     place(x, y, z, yaw, scale) {
@@ -100,6 +104,11 @@ export async function makeStage(options) {
       plane.visible = z !== null;
       plane.position.set(-4, 0, z ?? 0);
     },
+    pane(z) {
+      if (z === null) pane.removeFromParent();
+      else later.add(pane);
+      pane.position.z = z;
+    },
     lamps(list) {
       lamps.clear();
       for (const one of list) lamps.add(lampOf(one, scene));
@@ -119,6 +128,10 @@ export async function makeStage(options) {
     draw() {
       renderer.setRenderTarget(target);
       renderer.render(scene, seenBy);
+      if (later === scene || pane.parent === null) return;
+      renderer.autoClear = false;
+      renderer.render(later, seenBy);
+      renderer.autoClear = true;
     },
     finished: () => avatars.finished(),
     orthographic: (on) => void (seenBy = on ? new THREE.OrthographicCamera(-1, 1, 1, -1, -1, 1) : camera),
