@@ -266,5 +266,5 @@ def _three(said: Any, field: str, file: str | None) -> tuple[float, float, float
     if not sound or not all(
         isinstance(v, int | float) and not isinstance(v, bool) and abs(v) <= FURTHEST for v in said
     ):
-        raise AvatarError("is not three finite numbers", file=file, field=field)
+        raise AvatarError("is not three numbers of at most 1e9", file=file, field=field)
     return float(said[0]), float(said[1]), float(said[2])

@@ -61,5 +61,5 @@ function checkDirect(said: unknown, k: number): void {
 function checkThree(said: unknown, list: string, row: number, name: string): void {
   let sound = Array.isArray(said) && said.length === 3;
   for (let c = 0; sound && c < 3; c++) sound = typeof (said as unknown[])[c] === "number" && Math.abs((said as number[])[c] as number) <= FURTHEST;
-  if (!sound) throw new AvatarError("is not three finite numbers", { field: `${list}${row < 0 ? "" : `[${row}]`}${name}` });
+  if (!sound) throw new AvatarError("is not three numbers of at most 1e9", { field: `${list}${row < 0 ? "" : `[${row}]`}${name}` });
 }

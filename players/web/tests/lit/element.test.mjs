@@ -34,7 +34,7 @@ check("what is no light, and an avatar that cannot have one, are named; it is sh
   }, attributes);
   const src = "lit.avatar";
   assert.deepEqual(await told({ src, light: '{"lights": [{"direction": [0, 1, NaN]}]}' }), ["light: is none of studio, left, rim, no JSON, and no address of a JSON file"]);
-  assert.deepEqual(await told({ src, light: '{"ambient": [1, 1, "1"]}' }), ["ambient: is not three finite numbers"]);
+  assert.deepEqual(await told({ src, light: '{"ambient": [1, 1, "1"]}' }), ["ambient: is not three numbers of at most 1e9"]);
   assert.match((await told({ src, light: "nowhere.json" }))[0], /^nowhere.json: cannot be loaded: the server answers 404/);
   const [unknown] = await told({ src: "joints.avatar", light: "rim" });
   assert.match(unknown, /light: its colours hold an unknown light; make it with `pack --relight`$/);
