@@ -44,6 +44,28 @@ def turn(quat, v):
     ]
 
 
+def turned_by_triangle(posed, canonical, quat, normal, world):
+    """The normal of a Gaussian on a triangle, from its axes to the world: section 19, rule bary_vertex_lbs.
+
+    An edge and the normal of a triangle fix its turn, whichever axes are laid through them.
+    """
+
+    def axes(a, b, c):
+        edge = unit([q - p for p, q in zip(a, b, strict=True)])
+        other = [q - p for p, q in zip(a, c, strict=True)]
+        up = unit(cross(edge, other))
+        return edge, up, cross(up, edge)
+
+    bound = turn(quat, normal)
+    along = [sum(p * q for p, q in zip(axis, bound, strict=True)) for axis in axes(*canonical)]
+    moved = [sum(k * axis[i] for k, axis in zip(along, axes(*posed), strict=True)) for i in range(3)]
+    return [sum(row[i] * moved[i] for i in range(3)) for row in world]
+
+
+def cross(a, b):
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
 def unit(v):
     length = math.sqrt(sum(part * part for part in v))
     return [part / length for part in v]

@@ -128,6 +128,30 @@ def test_colours_are_those_of_the_formulas(frame: str, jointed: bool, backend: s
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
+def test_normals_turn_with_their_triangles_where_joints_turn_the_gaussians(backend: str) -> None:
+    avatar, rng = AVATARS["lit_joints"](), np.random.default_rng(6)
+    e, relight = avatar.embedding, avatar.relight
+    assert e is not None and relight is not None
+    world = homogeneous(matrix_from_rotvec(rng.normal(0, 1, 3)), rng.normal(0, 1, 3))
+    light = replace(STUDIO, shadow=False)
+    x = given(avatar, light, rng.uniform(-0.3, 0.3, (COUNT, 3)), 0.7, world)
+    size = np.ptp(e.canonical_vertices, axis=0).max()
+    posed = e.canonical_vertices + rng.normal(0, 0.1 * size, e.canonical_vertices.shape)
+    x |= {"posed_vertices": posed.astype(np.float32), "world_from_avatar": world}
+    lights = [("position" if one.point else "direction", one.place, one.colour) for one in light.lights]
+    want = []
+    for i, corners in enumerate(e.triangles[e.triangle]):
+        posed_corners, canonical = (v[corners].tolist() for v in (x["posed_vertices"], e.canonical_vertices))
+        own = e.local_quat_wxyz[i].tolist(), relight.normal[i].tolist()
+        n = oracle.turned_by_triangle(posed_corners, canonical, *own, world[:3, :3].tolist())
+        lit = (light.ambient.tolist(), lights, relight.ambient.tolist(), world[:3, :3].tolist())
+        want.append(oracle.light(x["rgb"][i].tolist(), x["mean"][i].tolist(), [1, 0, 0, 0], n, *lit))
+    with played(avatar, backend) as own_backend:
+        got = own_backend.stage("light", x, None, "engine")["rgb"]
+    np.testing.assert_allclose(got, want, rtol=1e-5, atol=2e-5)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
 def test_a_white_sphere_shows_the_cosine(backend: str) -> None:
     """Lambert: what faces the light reflects its colour, what faces away is black."""
     avatar, towards = white(around()), np.array([0.48, 0.6, -0.64])
@@ -255,7 +279,7 @@ def test_a_triangle_casts_the_shadow_of_its_plane() -> None:
 
 
 def test_a_mirrored_avatar_in_the_mirrored_light_has_the_same_colours() -> None:
-    for name in ("lit_head", "lit_world"):
+    for name in ("lit_head", "lit_world", "lit_joints"):
         avatar = AVATARS[name]()
         for case in cases_of(name, avatar):
             if case.light is not None:
@@ -269,7 +293,7 @@ def test_a_mirrored_avatar_in_the_mirrored_light_has_the_same_colours() -> None:
 def test_light_that_turns_with_the_avatar_changes_nothing() -> None:
     """Of an avatar that carries the light of its capture; of one that leaves it in the world it does."""
     turn = matrix_from_rotvec(np.array([0.4, -1.1, 0.7]))
-    for name, same in (("lit_head", True), ("lit_world", False)):
+    for name, same in (("lit_head", True), ("lit_world", False), ("lit_joints", True)):
         avatar = AVATARS[name]()
         case = cases_of(name, avatar)[-1]
         sun = (0.3, 0.5, 0.8)
