@@ -41,11 +41,12 @@ def _of_mesh(avatar: Avatar) -> F64:
     if avatar.rig is None:
         total = np.einsum("nji,nj->ni", axes(avatar), under.normals(under.vertices))
     else:
-        player = Player(avatar)
+        player, surface = Player(avatar), None
+        if avatar.embedding is not None and turned(avatar):
+            surface = prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle)
         for pose in fitting_poses(avatar, POSES):
             mesh = player.mesh(pose)
-            if avatar.embedding is not None and turned(avatar):
-                surface = prepare(avatar.embedding, avatar.rules, avatar.training_per_bundle)
+            if surface is not None:
                 turn = axes_by_mesh(surface, mesh)
             else:
                 turn = matrix_from_quat(player.animate(pose).quat_wxyz.astype(np.float64))

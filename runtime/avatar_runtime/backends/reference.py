@@ -72,11 +72,12 @@ class ReferenceBackend:
         given, relight, shadow = posed.light, self.avatar.relight, None
         if given is None or relight is None:
             return self._projected(splats, camera, clock)
-        vertices = self._vertices(posed, clock)
-        world = posed.world_from_avatar
+        avatar, world, vertices = self.avatar, posed.world_from_avatar, None
+        if given.shadow_offset[2] or turned(avatar):
+            skinned = self._surface is None and avatar.rig is not None
+            vertices = self.mesh(posed, clock) if skinned else self._vertices(posed, clock)
         if given.shadow_offset[2]:
-            cast = vertices if self._surface or not self.avatar.rig else self.mesh(posed, clock)
-            mesh = casting(self.avatar, cast, world)
+            mesh = casting(avatar, vertices, world)
             shadow = clock.timed("shadow", lambda: shadow_map(splats, given, mesh))
         projected = self._projected(splats, camera, clock)
         facing = clock.timed("light", lambda: self._facing(vertices, world))

@@ -8,8 +8,8 @@ from avatar_runtime.avatar import F32, F64, U32, Avatar
 from avatar_runtime.backends.cpu.arrays import read_only
 from avatar_runtime.backends.cpu.deform.surface import Vector, cross, unit
 from avatar_runtime.backends.cpu.jit import inlined, kernel
-from avatar_runtime.rotation import matrix_from_quat
-from avatar_runtime.stages.surface import TINY, prepare
+from avatar_runtime.stages.light import axes_by_mesh
+from avatar_runtime.stages.surface import prepare
 
 
 class Facing:
@@ -18,10 +18,9 @@ class Facing:
     def __init__(self, avatar: Avatar) -> None:
         e, relight = avatar.embedding, avatar.relight
         assert e is not None and relight is not None
-        own = e.local_quat_wxyz.astype(np.float64)
-        own /= np.maximum(np.linalg.norm(own, axis=1, keepdims=True), TINY)
-        normal = np.einsum("nij,nj->ni", matrix_from_quat(own), relight.normal)
-        frame = prepare(e, avatar.rules, avatar.training_per_bundle).canonical.frame[e.triangle]
+        surface = prepare(e, avatar.rules, avatar.training_per_bundle)
+        normal = np.einsum("nij,nj->ni", axes_by_mesh(surface, e.canonical_vertices), relight.normal)
+        frame = surface.canonical.frame[e.triangle]
         # In the axes of the triangle, and the triangle's corners.
         self._own = read_only(np.einsum("nji,nj->ni", frame, normal), np.float64)
         self._corners = read_only(e.triangles[e.triangle], np.uint32)

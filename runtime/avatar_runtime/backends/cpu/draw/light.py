@@ -48,7 +48,7 @@ class Lit(NamedTuple):
 
     @staticmethod
     def of(relight: Relight, given: LightArrays, shadow: F32 | None, normal: F32 | None = None) -> Lit:
-        """The arrays of both; lights after the last one that is not black are left out. `normal`: in place of its."""
+        """The arrays of both; lights after the last one that is not black are left out. `normal` replaces its own."""
         lights = int(np.flatnonzero(given.colour.any(axis=1)).max(initial=-1)) + 1
         seen = np.zeros((0, 0), np.float32) if shadow is None or not given.shadow_offset[2] else shadow
         arrays = [relight.normal if normal is None else normal, given.ambient, relight.ambient, given.turn]
